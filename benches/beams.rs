@@ -7,6 +7,10 @@
 //! of beams are *extrapolated* from two runs, 16 times apart, with the order that the two show. Set-up and
 //! direct light are in everybody's seconds; the share of direct light in the beams' seconds is shown beside
 //! it.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a bench, no results"
+)]
 
 #[path = "../tests/support/mod.rs"]
 mod support;

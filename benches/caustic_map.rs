@@ -5,6 +5,10 @@
 //! of each kind, read once a texel on a receiver of 512². The figures are the median of nine frames; the
 //! scene and its trees are built once. The mesh is the bunny of the folder beside the crate, or a bumpy ball
 //! of 82,000 triangles if there is none.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a bench, no results"
+)]
 
 #[path = "../tests/support/mod.rs"]
 mod support;

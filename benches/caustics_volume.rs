@@ -3,6 +3,10 @@
 //! The five objects of `cornell-caustics` on its floor of 512², with one and three slabs, by the paper's lowest and
 //! best settings. The figures are the median of nine frames; the volume is found once. CPU time is that of all
 //! threads, of a frame with its preparation.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a bench, no results"
+)]
 
 #[path = "../tests/support/mod.rs"]
 mod support;

@@ -3,6 +3,10 @@
 //! `water` on its floor of 512², and the four views of `pool` at 1024 x 768, with 120² vertices of water and the
 //! defaults. The figures are the median of nine frames of a meter and of three of a view; the hierarchy is made
 //! once. CPU time is that of all threads, of a frame with its preparation.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a bench, no results"
+)]
 
 #[path = "../tests/support/mod.rs"]
 mod support;

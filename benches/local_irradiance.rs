@@ -3,6 +3,10 @@
 //! A meter of 512² below the glass ball of `turntable-ball`, one look-up a texel, three light directions of 64³
 //! cells: 24 fetches. Beside it the same frame from shells, merged cells and harmonics, as ratios to that. Times
 //! are of the CPU, of all threads; finding the sensor's points is taken off.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a bench, no results"
+)]
 
 #[path = "../tests/support/mod.rs"]
 mod support;

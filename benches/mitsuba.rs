@@ -6,6 +6,10 @@
 //! system tells it, since another program's work is not part of it, and wall time elsewhere.
 //!
 //! Skipped, with the reason, if there is no Python with Mitsuba 3.9.1.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a bench, no results"
+)]
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};

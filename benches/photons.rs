@@ -3,6 +3,10 @@
 //! Rates leave out set-up and direct light: they are differences of two runs' times. A photon at split depth
 //! 2 (the default) follows all branches of its first two interfaces. At split depth 0 it takes one branch at
 //! random everywhere, as Mitsuba's `ptracer` does.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a bench, no results"
+)]
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -2,6 +2,10 @@
 //!
 //! The files are made here. Meshes have normals, so that none are computed; the time covers reading the file,
 //! the hash, parsing, and the mesh's checks.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a bench, no results"
+)]
 
 use std::fmt::Write as _;
 use std::fs;

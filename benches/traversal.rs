@@ -4,6 +4,10 @@
 //! of a ball around the mesh. Inside rays leave random points within the solid.
 //!
 //! The last table is the price of `f64`: the same rays through obvhs' own `f32` trees and triangles.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a bench, no results"
+)]
 
 #[path = "traversal/narrow.rs"]
 mod narrow;

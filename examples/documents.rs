@@ -3,6 +3,10 @@
 //! ```sh
 //! cargo run --example documents
 //! ```
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of an example, no results"
+)]
 
 use std::fs;
 use std::path::Path;

@@ -17,6 +17,10 @@
 //! like `glass-ball/beams`, stands for the bits of all channels of an EXR. `.../summary` stands for the
 //! JSON that came with it, and `.../picture` for its PNG. Times, speeds and what tells
 //! programs apart are left out. All runs together take about 80 s of CPU time.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of an example, no results"
+)]
 #![allow(missing_docs, reason = "an example is no library")]
 
 use std::collections::{BTreeMap, BTreeSet};

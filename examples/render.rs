@@ -1,4 +1,8 @@
 //! Measures a scene and writes the result: `cargo run --release --example render -- SCENE.xml OUT.exr`.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of an example, no results"
+)]
 
 use nephroid::{Budget, Context, Method};
 

@@ -1,4 +1,8 @@
 //! The library as a program of one's own would use it: by public names alone.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 use nephroid::{
     Budget, CompareImage, CompareSettings, Context, Interval, LayerName, Method, Quantity,

@@ -3,6 +3,10 @@
 //! Writes `docs/beams/*.svg`, error against rays and against seconds for beams and for photons, and
 //! `docs/beams/figures.md`, what errors cost, how bounds hold and what they are made of. A quarter of an hour on two
 //! cores.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of an example, no results"
+)]
 #![allow(missing_docs, reason = "an example is no library")]
 
 #[path = "../../tests/support/mod.rs"]

@@ -5,6 +5,10 @@
 //! ```
 //!
 //! Without sections, all tables and `docs/caustics-volume.png` are made: some minutes on two cores.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of an example, no results"
+)]
 #![allow(missing_docs, reason = "an example is no library")]
 
 #[path = "../../tests/support/mod.rs"]

@@ -5,6 +5,10 @@
 //! ```
 //!
 //! Without sections, all tables and `docs/local-irradiance.png` are made: an hour or so on two busy cores.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of an example, no results"
+)]
 #![allow(missing_docs, reason = "an example is no library")]
 
 #[path = "../../tests/support/mod.rs"]

@@ -6,6 +6,10 @@
 //!
 //! Without sections all tables are made. Section `stages` takes five minutes on two cores, and `claims` some
 //! minutes for each mesh of the folder beside the crate; a mesh that is not there has no row.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of an example, no results"
+)]
 #![allow(missing_docs, reason = "an example is no library")]
 
 #[path = "../../tests/support/mod.rs"]

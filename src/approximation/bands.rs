@@ -1,5 +1,6 @@
 //! Splats and faces drawn into a map in bands of rows: the same bits on any number of threads.
 
+use crate::numeric::math;
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -39,7 +40,7 @@ fn weights(center: f64, (first, last): (i64, i64), deviation: f64, into: &mut Ve
     let scale = -0.5 / (deviation * deviation);
     into.extend((first..=last).map(|texel| {
         let offset = texel as f64 + 0.5 - center;
-        (offset * offset * scale).exp()
+        math::exp(offset * offset * scale)
     }));
     let sum: f64 = into.iter().sum();
     // A point much narrower than a texel whose centre it misses is all in that texel.

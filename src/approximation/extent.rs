@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::{Bounds, Frame, Shape};
+use crate::numeric::math;
 
 /// What a light's image must hold.
 #[derive(Clone, Copy, Debug)]
@@ -73,9 +74,10 @@ impl<'a> Extent<'a> {
                 // Seen along the other side, a ball is a disc: its tangents are asin(R/d) from its middle.
                 let half = [p.x, p.y]
                     .map(|across| {
-                        let angle = across.atan2(p.z).abs() + (radius / across.hypot(p.z)).asin();
+                        let angle = math::atan2(across, p.z).abs()
+                            + math::asin(radius / math::hypot(across, p.z));
                         if angle < std::f64::consts::FRAC_PI_2 {
-                            angle.tan()
+                            math::tan(angle)
                         } else {
                             f64::INFINITY
                         }
@@ -137,8 +139,8 @@ mod tests {
             .map(|index| {
                 let polar = (f64::from(index / 800) + 0.5) / 400.0 * std::f64::consts::PI;
                 let turn = f64::from(index % 800) / 800.0 * std::f64::consts::TAU;
-                let (s, c) = (polar.sin(), polar.cos());
-                center + DVec3::new(s * turn.cos(), s * turn.sin(), c) * radius
+                let (s, c) = (math::sin(polar), math::cos(polar));
+                center + DVec3::new(s * math::cos(turn), s * math::sin(turn), c) * radius
             })
             .collect();
         let (ball, dense) = (Extent::Ball { center, radius }, Extent::Points(&points));

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::{Hit, SurfacePoint};
+use crate::numeric::math;
 use crate::optics::{RayDerivative, dielectric_reflectance, thin_slab_reflectance};
 use crate::radiometry::Rgb;
 use crate::scene::{Material, Scene};
@@ -148,7 +149,7 @@ pub fn schlick(cos_incident: f64, eta: f64) -> f64 {
     } else {
         cos_incident
     };
-    normal + (1.0 - normal) * (1.0 - cos).powi(5)
+    normal + (1.0 - normal) * math::powi(1.0 - cos, 5)
 }
 
 /// How a beam that arrives at a surface leaves it, its normal turning by `turn`.

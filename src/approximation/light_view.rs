@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::extent::{Extent, farthest};
 use crate::geometry::{Bounds, Frame, Ray};
+use crate::numeric::math;
 use crate::optics::RayDerivative;
 use crate::transport::first_surface::Source;
 
@@ -254,7 +255,7 @@ impl LightView {
         if self.is_parallel {
             return (b - a).element_product();
         }
-        let corner = |x: f64, y: f64| (x * y / (1.0 + x * x + y * y).sqrt()).atan();
+        let corner = |x: f64, y: f64| math::atan(x * y / (1.0 + x * x + y * y).sqrt());
         corner(b.x, b.y) - corner(a.x, b.y) - corner(b.x, a.y) + corner(a.x, a.y)
     }
 
@@ -268,7 +269,7 @@ impl LightView {
             return pixel * pixel;
         }
         // On the plane at distance 1 the point is 1/cos away.
-        pixel * pixel / (1.0 + self.on_plane(at).length_squared()).powf(1.5)
+        pixel * pixel / math::powf(1.0 + self.on_plane(at).length_squared(), 1.5)
     }
 
     /// The axis of the image: a unit vector away from the light.

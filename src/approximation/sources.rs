@@ -1,6 +1,7 @@
 //! Lights without size, from which a technique renders its pictures, and the surfaces that show irradiance.
 
 use crate::geometry::Bounds;
+use crate::numeric::math;
 use crate::run::Refusal;
 use crate::scene::{Emitter, Material, Scene};
 use crate::transport::first_surface::Source;
@@ -35,7 +36,7 @@ pub fn sources(scene: &Scene, technique: &str) -> Result<Vec<Source>, Refusal> {
 pub fn flux_bound(source: &Source, bounds: &Bounds) -> f64 {
     let strength = source.strength().max_channel();
     match source {
-        Source::Parallel { .. } => strength * 4.0 * bounds.radius().powi(2),
+        Source::Parallel { .. } => strength * 4.0 * math::powi(bounds.radius(), 2),
         Source::Point { .. } => strength * 4.0 * std::f64::consts::PI,
     }
 }

@@ -1,5 +1,6 @@
 //! Images from other programs, for use as textures and environments.
 
+use crate::numeric::math;
 use std::io::Cursor;
 
 use image::codecs::hdr::HdrDecoder;
@@ -66,9 +67,9 @@ impl Bitmap {
             _ if is_float => pixel.0,
             BitmapEncoding::Raw => pixel.0,
             BitmapEncoding::Color => pixel.0.map(linear),
-            BitmapEncoding::Gamma(gamma) => {
-                pixel.0.map(|value| f64::from(value).powf(gamma) as f32)
-            }
+            BitmapEncoding::Gamma(gamma) => pixel
+                .0
+                .map(|value| math::powf(f64::from(value), gamma) as f32),
         });
         let mut bitmap = Self::new(width, texels.collect()).ok_or("the image is empty")?;
         bitmap.is_grey = is_grey;
@@ -179,7 +180,7 @@ fn linear(encoded: f32) -> f32 {
     let value = if encoded <= 0.04045 {
         encoded / 12.92
     } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
+        math::powf((encoded + 0.055) / 1.055, 2.4)
     };
     value as f32
 }

@@ -1,5 +1,6 @@
 //! Reconstruction filters, which spread a sample over the pixels near it.
 
+use crate::numeric::math;
 use std::f64::consts::PI;
 
 /// The weight of a sample on the pixels near it, with Mitsuba's parameters.
@@ -95,7 +96,7 @@ impl ReconstructionFilter {
             Self::Box => 1.0,
             Self::Tent { radius } => 1.0 - x / radius,
             Self::Gaussian { stddev } => {
-                let bell = |x: f64| (-0.5 * (x / stddev).powi(2)).exp();
+                let bell = |x: f64| math::exp(-0.5 * math::powi(x / stddev, 2));
                 bell(x) - bell(radius)
             }
             Self::Mitchell { b, c } => cubic(x, b, c),
@@ -124,7 +125,7 @@ fn sinc(x: f64) -> f64 {
     if x == 0.0 {
         1.0
     } else {
-        (PI * x).sin() / (PI * x)
+        math::sin(PI * x) / (PI * x)
     }
 }
 

@@ -327,6 +327,7 @@ pub fn generate(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
 
     #[test]
     fn the_waters_slopes_sum_to_less_than_one_half() {
@@ -344,7 +345,7 @@ mod tests {
         let sum = |of: fn(&Wave) -> f64| HILLS.iter().map(of).sum::<f64>();
         assert!(sum(|wave| wave.amplitude) < 0.32);
         let slope = sum(|wave| wave.amplitude * wave.wave.length());
-        assert!(slope < 30.0_f64.to_radians().tan(), "{slope}");
+        assert!(slope < math::tan(30.0_f64.to_radians()), "{slope}");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_8, TAU};
 use glam::DVec3;
 
 use crate::geometry::MeshParts;
+use crate::numeric::math;
 
 use super::cuts::{Weights, cut};
 
@@ -15,7 +16,7 @@ pub fn equilateral_prism(side: f64, length: f64) -> MeshParts {
     let mut positions = Vec::with_capacity(6);
     for z in [-0.5 * length, 0.5 * length] {
         for i in 0..3 {
-            let (sin, cos) = (TAU * f64::from(i) / 3.0).sin_cos();
+            let (sin, cos) = math::sin_cos(TAU * f64::from(i) / 3.0);
             positions.push(DVec3::new(circumradius * cos, circumradius * sin, z));
         }
     }
@@ -66,12 +67,12 @@ impl BrilliantCut {
 pub fn round_brilliant(girdle_radius: f64, cut: BrilliantCut) -> MeshParts {
     // Corners by ring: kites are an eighth of a turn apart, "half" corners between them.
     let at = |radius: f64, eighths: f64, z: f64| {
-        let (sin, cos) = (2.0 * FRAC_PI_8 * eighths).sin_cos();
+        let (sin, cos) = math::sin_cos(2.0 * FRAC_PI_8 * eighths);
         DVec3::new(radius * cos, radius * sin, z) * girdle_radius
     };
-    let cos_half = FRAC_PI_8.cos();
-    let crown_slope = cut.crown_angle.tan();
-    let pavilion_slope = cut.pavilion_angle.tan();
+    let cos_half = math::cos(FRAC_PI_8);
+    let crown_slope = math::tan(cut.crown_angle);
+    let pavilion_slope = math::tan(cut.pavilion_angle);
     let top = 0.5 * cut.girdle;
     let bottom = -top;
     // A facet at the angle 0 has the plane z = z_girdle ± (1 − x) slope; a corner on the ring of radius r

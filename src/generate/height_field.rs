@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::geometry::MeshParts;
+use crate::numeric::math;
 
 /// One sine wave on a water surface: its height is `amplitude · sin(wave · (x, y) + phase)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,8 +39,8 @@ pub fn height_field(
             let mut slope = DVec2::ZERO;
             for wave in waves {
                 let angle = wave.wave.dot(xy) + wave.phase;
-                height += wave.amplitude * angle.sin();
-                slope += wave.wave * (wave.amplitude * angle.cos());
+                height += wave.amplitude * math::sin(angle);
+                slope += wave.wave * (wave.amplitude * math::cos(angle));
             }
             positions.push(xy.extend(height));
             normals.push(DVec3::new(-slope.x, -slope.y, 1.0).normalize());

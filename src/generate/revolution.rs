@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use crate::geometry::MeshParts;
+use crate::numeric::math;
 
 /// A paraboloid dish z = (x² + y²) / (4 `focal_length`) out to the radius `aperture`, normals inward
 /// (upward).
@@ -74,7 +75,7 @@ fn disc_mesh(rings: u32, surface: impl Fn(f64, f64) -> (DVec3, DVec3)) -> MeshPa
     for ring in 1..=rings {
         let radius = f64::from(ring) / f64::from(rings);
         for i in 0..6 * ring {
-            let (sin, cos) = (TAU * f64::from(i) / f64::from(6 * ring)).sin_cos();
+            let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(6 * ring));
             add(radius * cos, radius * sin);
         }
     }

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use crate::geometry::MeshParts;
+use crate::numeric::math;
 
 /// A ring about the z axis in the plane z = 0: an ellipse carried round a circle of radius `radius`.
 ///
@@ -12,8 +13,8 @@ use crate::geometry::MeshParts;
 /// has `2 around · across` triangles and exact vertex normals; both counts are at least 3.
 pub fn ring(radius: f64, half_width: f64, half_height: f64, around: u32, across: u32) -> MeshParts {
     tube(around, across, |along, round| {
-        let (sin, cos) = along.sin_cos();
-        let (sin_round, cos_round) = round.sin_cos();
+        let (sin, cos) = math::sin_cos(along);
+        let (sin_round, cos_round) = math::sin_cos(round);
         let outward = DVec3::new(cos, sin, 0.0);
         let position =
             outward * (radius + half_width * cos_round) + DVec3::Z * (half_height * sin_round);
@@ -40,7 +41,7 @@ pub fn band(inner: f64, outer: f64, half_height: f64, around: u32) -> MeshParts 
     for (side, normal) in side_normals.into_iter().enumerate() {
         let first = positions.len() as u32;
         for i in 0..around {
-            let (sin, cos) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
+            let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(around));
             let at = |(outward, up): (f64, f64)| DVec3::new(outward * cos, outward * sin, up);
             positions.extend([at(corners[side]), at(corners[(side + 1) % 4])]);
             normals.extend([at(normal), at(normal)]);
@@ -79,10 +80,10 @@ pub fn trefoil_knot(
 ) -> MeshParts {
     tube(around, across, |along, round| {
         let strand = Strand::new(radius, winding, along);
-        let (sin, cos) = round.sin_cos();
+        let (sin, cos) = math::sin_cos(round);
         let angle = RIPPLES_ALONG * along + RIPPLES_ROUND * round;
-        let r = thickness * (1.0 + relief * angle.sin());
-        let slope = thickness * relief * angle.cos();
+        let r = thickness * (1.0 + relief * math::sin(angle));
+        let slope = thickness * relief * math::cos(angle);
         let spoke = strand.normal * cos + strand.binormal * sin;
         let spoke_along = strand.normal_along * cos + strand.binormal_along * sin;
         let spoke_round = strand.binormal * cos - strand.normal * sin;
@@ -111,9 +112,9 @@ impl Strand {
     fn new(radius: f64, winding: f64, t: f64) -> Self {
         // Turns about the axis and about the circle.
         let (p, q) = (2.0, 3.0);
-        let (sin, cos) = (p * t).sin_cos();
+        let (sin, cos) = math::sin_cos(p * t);
         let (outward, onward) = (DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0));
-        let (sin, cos) = (q * t).sin_cos();
+        let (sin, cos) = math::sin_cos(q * t);
         let normal = outward * cos + DVec3::Z * sin;
         let normal_along = outward * (-q * sin) + onward * (p * cos) + DVec3::Z * (q * cos);
         let normal_twice = outward * (-(p * p + q * q) * cos)
@@ -168,6 +169,7 @@ fn tube(around: u32, across: u32, surface: impl Fn(f64, f64) -> (DVec3, DVec3)) 
 mod tests {
     use super::*;
     use crate::generate::checks::{assert_closed_and_outward, volume};
+    use crate::numeric::rotation;
 
     /// The largest angle between a vertex's normal and the tube's slope by differences over its neighbours.
     fn worst_angle(mesh: &MeshParts, around: u32, across: u32) -> f64 {
@@ -180,7 +182,7 @@ mod tests {
                 let round = at(i, j + 1) - at(i, j + across - 1);
                 let normal = normals[(i * across + j) as usize];
                 assert!((normal.length() - 1.0).abs() < 1e-14);
-                worst = worst.max(along.cross(round).angle_between(normal));
+                worst = worst.max(rotation::angle_between(along.cross(round), normal));
             }
         }
         worst
@@ -206,8 +208,8 @@ mod tests {
         assert_eq!(mesh.triangles.len(), 8 * 96);
         assert_closed_and_outward(&mesh);
         // A regular polygon of n corners on a circle of radius r has the area n/2 r² sin(2π/n).
-        let part = 48.0 * (TAU / 96.0).sin();
-        let exact = part * (0.92_f64.powi(2) - 0.85_f64.powi(2)) * 0.76;
+        let part = 48.0 * math::sin(TAU / 96.0);
+        let exact = part * (math::powi(0.92_f64, 2) - math::powi(0.85_f64, 2)) * 0.76;
         assert!((volume(&mesh) - exact).abs() < 1e-13);
         for normal in mesh.normals.unwrap() {
             assert!((normal.length() - 1.0).abs() < 1e-15);
@@ -262,7 +264,7 @@ mod tests {
         let mut nearest = f64::INFINITY;
         for (i, a) in strands.iter().enumerate() {
             let b = &strands[(i + 1) % strands.len()];
-            let turn = a.velocity.angle_between(b.velocity);
+            let turn = rotation::angle_between(a.velocity, b.velocity);
             assert!(turn / a.place.distance(b.place) * thickness < 0.9);
             for (j, b) in strands.iter().enumerate().skip(i) {
                 let apart = (j - i).min(strands.len() - (j - i));

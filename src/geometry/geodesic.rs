@@ -243,6 +243,7 @@ fn lattice_corners(f: u32, [a, b]: [u32; 2], is_up: bool) -> [[u32; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
 
     #[test]
     fn the_triangle_of_a_direction_has_it_and_its_weights_give_it_back() {
@@ -255,7 +256,7 @@ mod tests {
                 let z = 1.0 - 2.0 * (f64::from(index) + 0.5) / 2000.0;
                 let turn = 2.399_963 * f64::from(index);
                 let across = (1.0 - z * z).sqrt();
-                let direction = DVec3::new(across * turn.cos(), across * turn.sin(), z);
+                let direction = DVec3::new(across * math::cos(turn), across * math::sin(turn), z);
                 let place = geodesic.place(direction);
                 let corners = geodesic.corners(place.triangle);
                 for k in 0..3 {
@@ -280,7 +281,7 @@ mod tests {
             let z = 1.0 - 2.0 * (f64::from(index) + 0.5) / 20_000.0;
             let turn = 2.399_963 * f64::from(index);
             let across = (1.0 - z * z).sqrt();
-            let direction = DVec3::new(across * turn.cos(), across * turn.sin(), z);
+            let direction = DVec3::new(across * math::cos(turn), across * math::sin(turn), z);
             // In planes of coordinates, and as close to them as rounding allows.
             let near = DVec3::new(1e-16, direction.y, -1e-8 * direction.z);
             let tied = DVec3::new(-1e-17, 0.1 * direction.y, direction.z);

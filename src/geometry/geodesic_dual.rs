@@ -153,6 +153,7 @@ impl GeodesicDual {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
     use crate::numeric::{Stream, StreamKind};
 
     fn directions(count: u64) -> impl Iterator<Item = DVec3> {
@@ -160,7 +161,7 @@ mod tests {
         (0..count).map(move |index| {
             let [u, v] = stream.point2(index);
             let z = 1.0 - 2.0 * u;
-            let (sine, cosine) = (std::f64::consts::TAU * v).sin_cos();
+            let (sine, cosine) = math::sin_cos(std::f64::consts::TAU * v);
             let across = (1.0 - z * z).sqrt();
             DVec3::new(across * cosine, across * sine, z)
         })

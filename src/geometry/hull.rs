@@ -1,5 +1,6 @@
 //! The space that a bundle of neighbouring path segments sweeps, and tests for overlap with it.
 
+use crate::numeric::math;
 use glam::DVec3;
 
 use super::Bounds;
@@ -291,7 +292,7 @@ impl Hull {
     pub fn may_overlap_disk(&self, center: DVec3, [u, v]: [DVec3; 2]) -> bool {
         let apart = |low: f64, high: f64, along: DVec3| {
             // An ellipse reaches √(u² + v²) along each direction.
-            let reach = along.dot(u).hypot(along.dot(v));
+            let reach = math::hypot(along.dot(u), along.dot(v));
             let middle = along.dot(center);
             middle - reach > high || middle + reach < low
         };
@@ -376,7 +377,7 @@ mod tests {
             let hull = Hull::new(&nodes(&start), &nodes(&end));
             let inside = weights(inside);
             let touched = at(&start, inside).lerp(at(&end, inside), t);
-            let size = f64::powf(10.0, size);
+            let size = math::powf(10.0, size);
             // A box, a ball, a triangle and a disc through the point.
             let [p, q, r] = to.map(|to| touched + to * size);
             prop_assert!(hull.may_overlap_box(&Bounds::from_points([p, touched])));
@@ -406,7 +407,7 @@ mod tests {
             // 2 · 0.1 √3 more, and the ends' depths no more than that.
             let end = (end.0.map(|c| c + 20.0 * DVec3::Z), end.1);
             let hull = Hull::new(&nodes(&start), &nodes(&end));
-            let away = DVec3::new(azimuth.cos(), azimuth.sin(), 0.0);
+            let away = DVec3::new(math::cos(azimuth), math::sin(azimuth), 0.0);
             let beside = away * 8.0 + DVec3::Z * (20.0 * t);
             prop_assert!(!hull.may_overlap_ball(beside, size));
             let box_beside = Bounds::from_points([beside]).padded(size);

@@ -176,6 +176,7 @@ impl<F: FnMut(Hit) -> f64> LeafVisitor for FaceSearch<'_, F> {
 mod tests {
     use super::*;
     use crate::geometry::MeshParts;
+    use crate::numeric::math;
 
     /// Numbers in -1..1, the same ones each time.
     struct Sequence(u64);
@@ -186,7 +187,7 @@ mod tests {
                 .0
                 .wrapping_mul(6364136223846793005)
                 .wrapping_add(1442695040888963407);
-            (self.0 >> 11) as f64 * 2f64.powi(-52) - 1.0
+            (self.0 >> 11) as f64 * math::powi(2f64, -52) - 1.0
         }
 
         fn point(&mut self) -> DVec3 {

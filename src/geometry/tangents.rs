@@ -1,5 +1,6 @@
 //! Derivatives of surfaces by their parameters.
 
+use crate::numeric::math;
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat2, DVec3};
@@ -18,7 +19,7 @@ impl World {
             Shape::Rectangle(rectangle) => rectangle.edges(),
             Shape::Disk(disk) => {
                 let [x, y] = disk.half_axes();
-                let (sin, cos) = (TAU * point.uv.y).sin_cos();
+                let (sin, cos) = math::sin_cos(TAU * point.uv.y);
                 [x * cos + y * sin, (y * cos - x * sin) * (TAU * point.uv.x)]
             }
             Shape::Cylinder(cylinder) => cylinder.tangents(point),
@@ -52,8 +53,8 @@ impl Mesh {
 
 impl super::Sphere {
     fn tangents(&self, uv: glam::DVec2) -> [DVec3; 2] {
-        let (sin_phi, cos_phi) = (TAU * uv.x).sin_cos();
-        let (sin, cos) = (PI * uv.y).sin_cos();
+        let (sin_phi, cos_phi) = math::sin_cos(TAU * uv.x);
+        let (sin, cos) = math::sin_cos(PI * uv.y);
         let along_u = self.vector_to_world(DVec3::new(-sin_phi, cos_phi, 0.0)) * (TAU * sin);
         let along_v = self.vector_to_world(DVec3::new(cos * cos_phi, cos * sin_phi, -sin)) * PI;
         [along_u, along_v]
@@ -62,7 +63,7 @@ impl super::Sphere {
 
 impl super::Cylinder {
     fn tangents(&self, point: &SurfacePoint) -> [DVec3; 2] {
-        let (sin, cos) = (TAU * point.uv.x).sin_cos();
+        let (sin, cos) = math::sin_cos(TAU * point.uv.x);
         [
             self.vector_to_world(DVec3::new(-sin, cos, 0.0)) * TAU,
             self.axis() * self.length(),

@@ -4,6 +4,7 @@
 //! less the reference r, in the image's unit. A texel is *lit* if the mean of the reference's channels is
 //! above zero.
 
+use crate::numeric::math;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -211,7 +212,7 @@ impl Difference {
             mae: absolute / samples,
             energy_ratio: has_light.then_some(other / reference),
             psnr: (peak > 0.0 && squares > 0.0)
-                .then(|| 10.0 * (peak * peak * samples / squares).log10()),
+                .then(|| 10.0 * math::log10(peak * peak * samples / squares)),
             psnr_peak: peak,
             percentiles,
             worst,

@@ -3,6 +3,7 @@
 use super::bars::Bars;
 use super::pair::TestPair;
 use crate::numeric::distributions::student_t_cdf;
+use crate::numeric::math;
 
 /// Half a unit in the last place of an `f32`, relative: the change that storing a value may make.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
@@ -143,7 +144,7 @@ impl Score {
         }
         let a = nu - 0.5;
         let b = 48.0 * a * a;
-        let square = a * (t * t / nu).ln_1p();
+        let square = a * math::ln_1p(t * t / nu);
         let w = square.sqrt();
         let fourth = ((4.0 * square + 33.0) * square + 240.0) * square + 855.0;
         let correction =

@@ -10,6 +10,7 @@ use super::pair::{LayerPair, TestPair};
 use super::score::Score;
 use super::sums::parts;
 use crate::numeric::distributions::{chi_squared_survival, normal_cdf};
+use crate::numeric::math;
 
 /// Bins of the histogram of p-values.
 pub const BINS: usize = 20;
@@ -200,7 +201,7 @@ fn mean(sum: f64, count: f64) -> f64 {
 /// 1 − (1 − p)^n: the probability that the smallest of n uniform numbers is at most p.
 fn sidak(p: f64, n: f64) -> f64 {
     if n > 0.0 {
-        -(n * (-p).ln_1p()).exp_m1()
+        -math::exp_m1(n * math::ln_1p(-p))
     } else {
         1.0
     }
@@ -210,7 +211,7 @@ fn family(smallest: f64, tests: f64, level: f64) -> JointTest {
     JointTest {
         level,
         threshold: if tests > 0.0 {
-            -((-level).ln_1p() / tests).exp_m1()
+            -math::exp_m1(math::ln_1p(-level) / tests)
         } else {
             0.0
         },

@@ -1,5 +1,6 @@
 //! Structural similarity: the degree to which two images vary together.
 
+use crate::numeric::math;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -111,7 +112,7 @@ impl Similarity {
 fn weights() -> [f64; WINDOW] {
     let bell = |i: usize| {
         let x = (i as f64 - (WINDOW / 2) as f64) / DEVIATION;
-        (-0.5 * x * x).exp()
+        math::exp(-0.5 * x * x)
     };
     let sum: f64 = (0..WINDOW).map(bell).sum();
     std::array::from_fn(|i| bell(i) / sum)

@@ -176,6 +176,7 @@ impl Sub<Compensated> for f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
     use proptest::prelude::*;
 
     const UNIT: f64 = f64::EPSILON / 2.0;
@@ -188,7 +189,7 @@ mod tests {
     proptest! {
         #[test]
         fn sums_and_products_lose_nothing(a in -1_i64 << 53..1 << 53, b in -1_i64 << 53..1 << 53, shift in 0..60) {
-            let (x, y) = (a as f64 * 2_f64.powi(shift), b as f64);
+            let (x, y) = (a as f64 * math::powi(2_f64, shift), b as f64);
             let sum = Compensated::sum(x, y);
             prop_assert_eq!(exact(sum.value) + exact(sum.error), exact(x) + exact(y));
             let product = Compensated::product(a as f64, b as f64);
@@ -203,7 +204,7 @@ mod tests {
         #[test]
         fn quotients_know_what_they_lack(a in 1_i64 << 40..1 << 50, b in 1_i64 << 40..1 << 50) {
             let quotient = Compensated::sum(a as f64, 0.0) / Compensated::sum(b as f64, 0.0);
-            let scale = 2_f64.powi(64);
+            let scale = math::powi(2_f64, 64);
             let whole = exact(quotient.value * scale);
             let remains = (i128::from(a) << 64) - whole * i128::from(b);
             let lacks = remains as f64 / scale / b as f64;
@@ -215,9 +216,9 @@ mod tests {
         fn roots_know_what_they_lack(n in 1_i64 << 40..1 << 50) {
             let root = Compensated::sum(n as f64, 0.0).sqrt();
             // q < 2^25 has 53 bits, no more than 33 of them behind the point.
-            let whole = exact(root.value * 2_f64.powi(33));
+            let whole = exact(root.value * math::powi(2_f64, 33));
             let remains = (i128::from(n) << 66) - whole * whole;
-            let lacks = remains as f64 / 2_f64.powi(66) / (2.0 * root.value);
+            let lacks = remains as f64 / math::powi(2_f64, 66) / (2.0 * root.value);
             prop_assert!((root.error - lacks).abs() <= 4.0 * UNIT * lacks.abs() + UNIT * UNIT * root.value);
         }
     }

@@ -213,6 +213,7 @@ impl FromIterator<f64> for ExactSum {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
     use proptest::prelude::*;
 
     /// A signed integer of 2304 bits in units of 2⁻¹⁰⁷⁵ (half the smallest double), in two's complement: room
@@ -301,7 +302,7 @@ mod tests {
 
     /// Doubles that cancel and tie: few bits, near exponents.
     fn near_double() -> impl Strategy<Value = f64> {
-        (-8i32..=8, -60i32..60).prop_map(|(m, e)| f64::from(m) * 2f64.powi(e))
+        (-8i32..=8, -60i32..60).prop_map(|(m, e)| f64::from(m) * math::powi(2f64, e))
     }
 
     proptest! {
@@ -364,7 +365,7 @@ mod tests {
         assert_eq!(sum.value(), f64::MAX);
         let sum: ExactSum = [f64::MAX, f64::MAX].into_iter().collect();
         assert_eq!(sum.value(), f64::INFINITY);
-        let half_ulp = 2f64.powi(970);
+        let half_ulp = math::powi(2f64, 970);
         let sum: ExactSum = [-f64::MAX, -half_ulp].into_iter().collect();
         assert_eq!(sum.value(), f64::NEG_INFINITY);
     }

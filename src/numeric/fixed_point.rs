@@ -133,6 +133,7 @@ pub(super) const fn power_of_two(exponent: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
     use proptest::prelude::*;
 
     #[test]
@@ -167,8 +168,8 @@ mod tests {
         assert_eq!(scale.quantise(5e-324), Some(0));
         assert_eq!(scale.quantise(f64::NAN), None);
         assert_eq!(scale.quantise(f64::INFINITY), None);
-        assert_eq!(scale.quantise(-(2f64.powi(64))), Some(i64::MIN));
-        assert_eq!(scale.quantise(2f64.powi(64)), None);
+        assert_eq!(scale.quantise(-(math::powi(2f64, 64))), Some(i64::MIN));
+        assert_eq!(scale.quantise(math::powi(2f64, 64)), None);
         assert_eq!(FixedPoint::new(-892).unwrap().quantise(f64::MAX), None);
     }
 
@@ -191,7 +192,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_quantised_value_is_within_half_a_quantum(mantissa in -1.0..1.0f64, exponent in -80..80) {
-            let value = mantissa * 2f64.powi(exponent);
+            let value = mantissa * math::powi(2f64, exponent);
             let scale = FixedPoint::for_total(value.abs()).unwrap();
             let back = scale.value_i64(scale.quantise(value).unwrap());
             // Both have at most 60 bits above the quantum and a double has 53: the difference is exact.

@@ -120,6 +120,7 @@ pub(super) fn scramble(reversed: u32, key: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
     use proptest::prelude::*;
 
     /// True if 2^m points have exactly one in each dyadic box of volume 2^-m.
@@ -158,8 +159,8 @@ mod tests {
             [0.125, 0.625, 0.375, 0.125],
         ];
         for (n, expected) in (0u32..).zip(expected) {
-            let point =
-                reversed_4(n ^ (n >> 1)).map(|x| f64::from(x.reverse_bits()) / 2f64.powi(32));
+            let point = reversed_4(n ^ (n >> 1))
+                .map(|x| f64::from(x.reverse_bits()) / math::powi(2f64, 32));
             assert_eq!(point, expected, "point {n}");
         }
     }

@@ -148,6 +148,7 @@ pub fn harmonic_fit(directions: &[DVec3], order: usize) -> Option<Vec<Vec<f64>>>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
     use crate::numeric::quadrature::GaussLegendre;
 
     #[test]
@@ -161,7 +162,7 @@ mod tests {
             for turn in 0..16 {
                 let angle = f64::from(turn) * std::f64::consts::TAU / 16.0;
                 let across = (1.0 - z * z).sqrt();
-                let direction = DVec3::new(across * angle.cos(), across * angle.sin(), z);
+                let direction = DVec3::new(across * math::cos(angle), across * math::sin(angle), z);
                 let all = spherical_harmonics(direction, order);
                 for i in 0..n {
                     for j in 0..n {
@@ -201,7 +202,7 @@ mod tests {
                 let z = 1.0 - 2.0 * (f64::from(index) + 0.5) / 60.0;
                 let turn = 2.399_963 * f64::from(index);
                 let across = (1.0 - z * z).sqrt();
-                DVec3::new(across * turn.cos(), across * turn.sin(), z)
+                DVec3::new(across * math::cos(turn), across * math::sin(turn), z)
             })
             .collect();
         let fit = harmonic_fit(&directions, 4).unwrap();

@@ -73,6 +73,7 @@ pub(crate) fn quotient(numerator: i128, denominator: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
     use proptest::prelude::*;
 
     #[test]
@@ -85,7 +86,7 @@ mod tests {
                 low: 1
             }
         );
-        assert_eq!(square.to_f64(), 2f64.powi(256));
+        assert_eq!(square.to_f64(), math::powi(2f64, 256));
     }
 
     #[test]
@@ -95,9 +96,9 @@ mod tests {
             high: 1 << 72 | 1 << 19,
             low: 0,
         };
-        assert_eq!(tie.to_f64(), 2f64.powi(200));
+        assert_eq!(tie.to_f64(), math::powi(2f64, 200));
         let above = Wide { low: 1, ..tie };
-        assert_eq!(above.to_f64(), 2f64.powi(200).next_up());
+        assert_eq!(above.to_f64(), math::powi(2f64, 200).next_up());
     }
 
     proptest! {

@@ -1,5 +1,6 @@
 //! Smooth metals.
 
+use crate::numeric::math;
 /// Fresnel reflectance F of a smooth conductor, unpolarised light.
 ///
 /// F is the fraction (0..=1) of incident flux reflected; the rest is absorbed. With the complex index n =
@@ -26,7 +27,7 @@ pub fn conductor_reflectance(cos_incident: f64, eta: f64, k: f64) -> f64 {
     let cos_squared = cos_incident * cos_incident;
     let sin_squared = (1.0 - cos_incident) * (1.0 + cos_incident);
     let difference = eta * eta - k * k - sin_squared;
-    let sum = difference.hypot(2.0 * eta * k);
+    let sum = math::hypot(difference, 2.0 * eta * k);
     // a² = (sum + difference)/2 cancels if k² is large: it is then computed from b² = (sum - difference)/2.
     let a = if difference >= 0.0 {
         (0.5 * (sum + difference)).sqrt()

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::geometry::TraversalCounters;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::transport::ledger::Ledger;
 use crate::transport::path_class::PathClass;
@@ -266,7 +267,7 @@ impl Layer {
             *sum += *value;
         }
         for (sum, value) in self.standard_error.iter_mut().zip(&other.standard_error) {
-            *sum = Rgb(std::array::from_fn(|c| sum.0[c].hypot(value.0[c])));
+            *sum = Rgb(std::array::from_fn(|c| math::hypot(sum.0[c], value.0[c])));
         }
         if let (Some(sum), Some(value)) = (&mut self.interval, &other.interval) {
             for (sum, value) in sum.low.iter_mut().zip(&value.low) {

@@ -1,5 +1,6 @@
 //! Numbers for people.
 
+use crate::numeric::math;
 /// Six digits of a value, which is enough for a table; zero is a dot, so that the eye finds the rest.
 pub fn number(value: f64) -> String {
     if value.is_nan() {
@@ -7,7 +8,7 @@ pub fn number(value: f64) -> String {
     } else if value == 0.0 {
         "·".to_owned()
     } else if (1e-3..1e6).contains(&value.abs()) {
-        let digits = (5 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
+        let digits = (5 - math::log10(value.abs()).floor() as i32).clamp(0, 6) as usize;
         format!("{value:.digits$}")
     } else {
         format!("{value:.3e}")
@@ -19,7 +20,7 @@ pub fn three_digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    let digits = 2 - value.abs().log10().floor() as i32;
+    let digits = 2 - math::log10(value.abs()).floor() as i32;
     if (0..=5).contains(&digits) {
         format!("{value:.*}", digits as usize)
     } else if digits < 0 {

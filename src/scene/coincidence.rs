@@ -13,6 +13,7 @@ use glam::{DVec2, DVec3};
 use super::validate::needs_inside;
 use super::{Material, Object, Warning};
 use crate::geometry::{Bounds, Mesh, Shape};
+use crate::numeric::math;
 
 /// Most pairs that are named: a scene of a thousand equal balls is one mistake.
 const MOST_NAMED: usize = 32;
@@ -183,7 +184,7 @@ impl Outline {
             Shape::Disk(disk) => {
                 let [u, v] = disk.half_axes();
                 let rim = (0..32).map(|i| {
-                    let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 32.0).sin_cos();
+                    let (sin, cos) = math::sin_cos(std::f64::consts::TAU * f64::from(i) / 32.0);
                     disk.center() + u * cos + v * sin
                 });
                 (rim.collect(), disk.normal())

@@ -7,6 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::film::bitmap::Bitmap;
 use crate::geometry::Transform;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 
 /// An image laid round the scene: Mitsuba's `envmap`.
@@ -144,9 +145,9 @@ impl Envmap {
     pub fn coordinates(&self, direction: DVec3) -> DVec2 {
         let DVec3 { x, y, z } = self.to_world.transpose() * direction;
         // The angle to the axis by atan2: acos loses half the digits at the poles.
-        let theta = x.hypot(z).atan2(y);
+        let theta = math::atan2(math::hypot(x, z), y);
         let width = self.image.width() as f64;
-        let column = x.atan2(-z) / TAU * width - 0.5;
+        let column = math::atan2(x, -z) / TAU * width - 0.5;
         let wrapped = column.rem_euclid(width);
         DVec2::new(
             // A remainder may round up to the width itself.
@@ -158,8 +159,8 @@ impl Envmap {
     /// The direction of a column and a row, a unit vector, and the sine of its angle to the poles.
     pub fn direction(&self, coordinates: DVec2) -> (DVec3, f64) {
         let (sin_phi, cos_phi) =
-            (TAU * (coordinates.x + 0.5) / self.image.width() as f64).sin_cos();
-        let (sin, cos) = (PI * coordinates.y / (self.image.height() - 1) as f64).sin_cos();
+            math::sin_cos(TAU * (coordinates.x + 0.5) / self.image.width() as f64);
+        let (sin, cos) = math::sin_cos(PI * coordinates.y / (self.image.height() - 1) as f64);
         let own = DVec3::new(sin_phi * sin, cos, -cos_phi * sin);
         ((self.to_world * own).normalize(), sin)
     }

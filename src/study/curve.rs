@@ -1,5 +1,6 @@
 //! The cost of less error: fitted orders and the Pareto front.
 
+use crate::numeric::math;
 use serde::Serialize;
 
 /// A run's cost and error.
@@ -37,7 +38,7 @@ impl Order {
         let logs: Vec<[f64; 2]> = points
             .iter()
             .filter(|point| point.cost > 0.0 && point.error > 0.0)
-            .map(|point| [point.cost.ln(), point.error.ln()])
+            .map(|point| [math::ln(point.cost), math::ln(point.error)])
             .collect();
         let n = logs.len() as f64;
         let mean = |axis: usize| logs.iter().map(|log| log[axis]).sum::<f64>() / n;
@@ -47,12 +48,12 @@ impl Order {
         };
         let squares = sum(&|dx, _| dx * dx);
         // Costs that differ by rounding alone are one cost.
-        let is_spread = squares > n * (1e-9_f64).powi(2);
+        let is_spread = squares > n * math::powi(1e-9_f64, 2);
         if logs.len() < 2 || !is_spread {
             return None;
         }
         let exponent = sum(&|dx, dy| dx * dy) / squares;
-        let residual = sum(&|dx, dy| (dy - exponent * dx).powi(2));
+        let residual = sum(&|dx, dy| math::powi(dy - exponent * dx, 2));
         Some(Self {
             exponent,
             standard_error: (count_different(&logs) > 2)
@@ -105,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_power_law_has_its_exponent_and_no_scatter() {
-        let points = [1.0, 4.0, 16.0, 64.0].map(|n: f64| point(n, 3.0 * n.powf(-0.75)));
+        let points = [1.0, 4.0, 16.0, 64.0].map(|n: f64| point(n, 3.0 * math::powf(n, -0.75)));
         let order = Order::fit(&points).unwrap();
         // Logarithms are good to some ulps, and the slope divides by numbers above one.
         assert!((order.exponent + 0.75).abs() < 1e-14, "{order:?}");
@@ -119,7 +120,7 @@ mod tests {
         // SE² = 6 e² / (1 · 2).
         let e: f64 = 0.01;
         let points = [(-1.0, e), (0.0, -2.0 * e), (1.0, e)]
-            .map(|(x, off): (f64, f64)| point(x.exp(), (x + off).exp()));
+            .map(|(x, off): (f64, f64)| point(math::exp(x), math::exp(x + off)));
         let order = Order::fit(&points).unwrap();
         assert!((order.exponent - 1.0).abs() < 1e-14);
         assert!((order.standard_error.unwrap() - 3_f64.sqrt() * e).abs() < 1e-14);
@@ -135,7 +136,7 @@ mod tests {
             vec![dear, cheap, dear, cheap],
         ] {
             let order = Order::fit(&points).unwrap();
-            let slope = (7e-4_f64 / 3e-3).ln() / 2_f64.ln();
+            let slope = math::ln(7e-4_f64 / 3e-3) / math::ln(2_f64);
             assert!((order.exponent - slope).abs() < 1e-12, "{order:?}");
             assert_eq!(order.standard_error, None);
             assert_eq!(order.points, points.len());

@@ -6,6 +6,7 @@
 use super::facts::Facts;
 use crate::film::Image;
 use crate::metric::LayerComparison;
+use crate::numeric::math;
 
 /// The largest ratio of the truth's error to an error that it judges. At this ratio it changes the error by
 /// 10 % if both have one sign everywhere. If they are independent it changes it by √(1 + 0.01), half a
@@ -29,7 +30,7 @@ pub fn error(truth: &Facts, is_direct_shared: bool, comparison: &LayerComparison
     } else {
         truth.spread.direct
     };
-    let sigma = truth.spread.specular?.hypot(direct);
+    let sigma = math::hypot(truth.spread.specular?, direct);
     let mean = comparison.difference.mean_reference;
     (mean > 0.0).then(|| sigma / mean)
 }

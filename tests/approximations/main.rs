@@ -1,4 +1,8 @@
 //! The published techniques, stage by stage, and what their authors claim.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 mod approximate_ball;
 mod caustic_map;

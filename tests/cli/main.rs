@@ -1,4 +1,8 @@
 //! The program and its study files, as a user meets them.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 mod cameras;
 mod caustic_map;
@@ -8,6 +12,7 @@ mod full;
 mod path;
 mod probe;
 mod program;
+mod same_bits;
 mod study;
 mod study_file;
 mod tables;

@@ -1,4 +1,8 @@
 //! Very small, very large, far away, grazing, degenerate (docs/accuracy.md). Hostile files: `tests/hostile/`.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 mod angle;
 mod concentration;

@@ -1,4 +1,8 @@
 //! Rays, meshes and the search among them.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 mod diagnostics;
 mod mitsuba_oracle;

@@ -5,6 +5,10 @@
 //! into few bytes: a black one takes as much for a byte as its packing allows.
 //!
 //! These tests are a program of their own because they count the heap, which all tests of a program share.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 mod changed;
 mod claims;

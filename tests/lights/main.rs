@@ -1,4 +1,8 @@
 //! Origins of light: emitters, environments, direct light.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 mod direct;
 mod emitters;

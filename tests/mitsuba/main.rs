@@ -1,4 +1,8 @@
 //! Mitsuba's scene files, and images held against Mitsuba's.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 mod emitters_and_sensors;
 mod integrators;

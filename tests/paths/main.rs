@@ -1,4 +1,8 @@
 //! Light as a camera sees it: paths, and all methods together.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 mod camera;
 mod closed_forms;

@@ -1,4 +1,8 @@
 //! Light followed from emitters, the closed forms that it is held against, its balance, the same bits.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "oracles and figures of a test, no results"
+)]
 
 mod closed_form_monte_carlo;
 mod closed_form_scenes;

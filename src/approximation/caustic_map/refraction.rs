@@ -11,6 +11,7 @@ use super::variants::{NoBackFace, Splat, Thickness, TotalReflection};
 use crate::approximation::LightView;
 use crate::approximation::interface::{Crossing, Fresnel, bent, cross, leaving, turning};
 use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
+use crate::numeric::math;
 use crate::optics::RayDerivative;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
@@ -354,8 +355,8 @@ fn interpolated(
     eta: f64,
     [along_view, along_normal]: [f64; 2],
 ) -> f64 {
-    let incident = (-arriving.dot(normal)).clamp(0.0, 1.0).acos();
-    let transmitted = (-refracted.dot(normal)).clamp(0.0, 1.0).acos();
+    let incident = math::acos((-arriving.dot(normal)).clamp(0.0, 1.0));
+    let transmitted = math::acos((-refracted.dot(normal)).clamp(0.0, 1.0));
     // The limit of the quotient towards normal incidence is that of the sines.
     let ratio = if incident > 1e-6 {
         transmitted / incident

@@ -27,6 +27,7 @@ use crate::approximation::sensor::SensorPoint;
 use crate::approximation::sources::{flux_bound, is_diffuse, sources};
 use crate::approximation::{DepthMap, ExactFilm, Extent, Frame, LightView, Receivers, SensorFilm};
 use crate::geometry::Bounds;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::run::Error;
 use crate::scene::{Scene, Sensor};
@@ -289,7 +290,7 @@ impl<'a> Pipeline<'a> {
             window: light.window,
             source: light.source,
             view: light.view,
-            pixel_measure: light.view.measure() / (light.view.side() as f64).powi(2),
+            pixel_measure: light.view.measure() / math::powi(light.view.side() as f64, 2),
             mode: self.mode,
             settings: self.settings,
             backs,

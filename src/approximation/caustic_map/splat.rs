@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::variants::Kernel;
 use super::work::Work;
 use crate::approximation::bands::{Band, DEVIATIONS, in_bands, reach};
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 
 /// A photon, ready to be drawn.
@@ -52,11 +53,14 @@ fn half_width(spread: &Spread) -> DVec2 {
 fn filter(distance_squared: f64, diameter: f64) -> f64 {
     const ALPHA: f64 = 0.918;
     const BETA: f64 = 1.953;
-    let (place, size) = (distance_squared / diameter.powi(2), diameter.powi(2));
+    let (place, size) = (
+        distance_squared / math::powi(diameter, 2),
+        math::powi(diameter, 2),
+    );
     if place >= 0.25 {
         return 0.0;
     }
-    let fall = (1.0 - (-2.0 * BETA * place).exp()) / (1.0 - (-BETA).exp());
+    let fall = (1.0 - math::exp(-2.0 * BETA * place)) / (1.0 - math::exp(-BETA));
     ALPHA * (1.0 - fall) / (0.42 * size)
 }
 
@@ -172,9 +176,9 @@ impl Ellipse {
         let [p, q, r] = self.precision;
         let y = row as f64 + 0.5 - self.at.y;
         let x = first as f64 + 0.5 - self.at.x;
-        let mut value = (-0.5 * (p * x * x + 2.0 * q * x * y + r * y * y)).exp();
-        let mut factor = (-(p * (x + 0.5) + q * y)).exp();
-        let change = (-p).exp();
+        let mut value = math::exp(-0.5 * (p * x * x + 2.0 * q * x * y + r * y * y));
+        let mut factor = math::exp(-(p * (x + 0.5) + q * y));
+        let change = math::exp(-p);
         for _ in first..=last {
             into.push(value);
             value *= factor;
@@ -243,7 +247,7 @@ mod tests {
         let (mut weight, mut squares) = (0.0, 0.0);
         for part in 0..parts {
             let r = (f64::from(part) + 0.5) / f64::from(parts) * 0.5;
-            let value = (0.918 * (1.0 - (1.0 - (-3.906 * r * r).exp()) / 0.858_152_111)) * r;
+            let value = (0.918 * (1.0 - (1.0 - math::exp(-3.906 * r * r)) / 0.858_152_111)) * r;
             weight += value;
             squares += value * r * r;
         }

@@ -10,6 +10,7 @@ use super::splat::Spread;
 use super::variants::{Mode, Splat};
 use crate::approximation::LightView;
 use crate::approximation::bands::DEVIATIONS;
+use crate::numeric::math;
 
 /// Texels of the map along a pixel of the photon buffer: M/N, if both have the same frustum.
 pub fn texels_by_pixel(view: &LightView, map: &LightView) -> f64 {
@@ -69,7 +70,7 @@ fn ellipse(settings: &Settings, map: &LightView, exit: &Exit, place: &Place) -> 
         DVec2::new(a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y),
     );
     let trace = covariance.x_axis.x + covariance.y_axis.y;
-    let largest = (settings.largest_splat / DEVIATIONS).powi(2);
+    let largest = math::powi(settings.largest_splat / DEVIATIONS, 2);
     if !trace.is_finite() {
         return Spread::Ellipse(DMat2::from_diagonal(DVec2::splat(largest)));
     }

@@ -14,6 +14,7 @@ use super::variants::{Flux, Hit, Mode, Refraction};
 use super::work::Work;
 use crate::approximation::{DepthMap, LightView, Receivers};
 use crate::geometry::TraversalCounters;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use crate::transport::first_surface::Source;
@@ -201,7 +202,7 @@ impl Tracer<'_> {
     fn landing_measure(&self, place: DVec3) -> Option<f64> {
         let map = self.home(place)?;
         let at = map.project(place)?.at;
-        Some(map.pixel_measure_at(at) * texels_by_pixel(self.view, map).powi(2))
+        Some(map.pixel_measure_at(at) * math::powi(texels_by_pixel(self.view, map), 2))
     }
 
     /// The map that a place is in; if none, the first that sees it beyond its border.

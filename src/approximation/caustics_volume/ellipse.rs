@@ -23,6 +23,7 @@ use super::emission::Lattice;
 use super::photon::Landing;
 use super::settings::Settings;
 use super::splat::{Disc, discs};
+use crate::numeric::math;
 use crate::transport::signature::Signature;
 
 /// A landing's place in an order of its own.
@@ -73,8 +74,8 @@ impl<'a> Places<'a> {
 /// The half axes of the ellipse a p + b q, a² + b² ≤ 1: the angle t of p cos t + q sin t, at which the length
 /// is stationary, has tan 2t = 2 p·q / (p² - q²).
 pub fn half_axes([p, q]: [DVec3; 2]) -> [DVec3; 2] {
-    let turn = 0.5 * (2.0 * p.dot(q)).atan2(p.length_squared() - q.length_squared());
-    let (sin, cos) = turn.sin_cos();
+    let turn = 0.5 * math::atan2(2.0 * p.dot(q), p.length_squared() - q.length_squared());
+    let (sin, cos) = math::sin_cos(turn);
     [p * cos + q * sin, q * cos - p * sin]
 }
 

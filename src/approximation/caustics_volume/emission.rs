@@ -10,6 +10,7 @@ use super::settings::Settings;
 use super::variants::Emission;
 use super::work::Work;
 use crate::geometry::{Ray, TraversalCounters};
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use crate::transport::first_surface::Source;
@@ -107,7 +108,7 @@ fn measure(cuboid: &Cuboid, source: &Source, face: Face, [low, high]: [DVec2; 2]
             let (p, q) = (place(low), place(high));
             let corner = |x: f64, y: f64| {
                 let far = (distance * distance + x * x + y * y).sqrt();
-                (x * y).atan2(distance * far)
+                math::atan2(x * y, distance * far)
             };
             corner(q.x, q.y) - corner(p.x, q.y) - corner(q.x, p.y) + corner(p.x, p.y)
         }

@@ -15,6 +15,7 @@ use glam::{DVec2, DVec3};
 use super::cuboid::{Cuboid, Face};
 use super::photon::Landing;
 use super::settings::Settings;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 
 /// A photon as a disc or an ellipse on a surface.
@@ -87,7 +88,7 @@ impl Disc {
 
     /// Half the sides of the box around it.
     pub fn half(&self) -> DVec3 {
-        DVec3::splat(self.reach.hypot(self.height))
+        DVec3::splat(math::hypot(self.reach, self.height))
     }
 }
 

@@ -13,6 +13,7 @@ use super::water::Water;
 use super::work::Work;
 use crate::approximation::interface::Fresnel;
 use crate::geometry::{SurfacePoint, TraversalCounters};
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use crate::transport::first_surface::Source;
@@ -264,7 +265,7 @@ impl Lit<'_> {
                 let light = self.light(places, &[a, b, c], self.settings.flux)?;
                 [0, 1, 2].map(|i| light[i] * corners[i].light)
             }
-            _ => corners.map(|corner| corner.light * 0.5_f64.powf(2.0 * f64::from(levels))),
+            _ => corners.map(|corner| corner.light * math::powf(0.5_f64, 2.0 * f64::from(levels))),
         };
         Some(Beam {
             rulings: corners.map(|corner| corner.ruling),

@@ -2,6 +2,7 @@
 //!
 //! Places are relative to the object's centre, along the axes of its own space.
 
+use crate::numeric::math;
 use glam::DVec3;
 
 use super::grid::Grid;
@@ -55,7 +56,7 @@ impl Cells {
                     .fold(0.0, |most: f64, pair| most.max(pair[1] - pair[0]));
                 let widest =
                     radii[radii.len() - 1] * 1.3 / f64::from(shells.geodesic().frequency());
-                thickest.hypot(widest)
+                math::hypot(thickest, widest)
             }
         }
     }

@@ -126,10 +126,11 @@ pub fn of_scene(
 
 /// Refuses a symmetry that an object has not: rays that the symmetry takes to others must go as far.
 fn check_symmetry(settings: &Settings, object: &SpecularObject, name: &str) -> Result<(), Refusal> {
-    use glam::{DMat3, DQuat, DVec3};
+    use glam::{DMat3, DVec3};
 
     use super::variants::Axis;
     use crate::geometry::{Geodesic, Ray, TraversalCounters};
+    use crate::numeric::rotation;
     /// Share of the radius by which two rays may differ: bumps that do not show in a caustic's outline.
     const ALLOWED: f64 = 0.02;
     let turns: Vec<DMat3> = match settings.symmetry {
@@ -137,7 +138,7 @@ fn check_symmetry(settings: &Settings, object: &SpecularObject, name: &str) -> R
         Symmetry::Sphere => (1..6)
             .map(|turn| {
                 let axis = DVec3::new(1.0, f64::from(turn), 0.5).normalize();
-                DMat3::from_quat(DQuat::from_axis_angle(axis, 0.9 * f64::from(turn)))
+                rotation::about(axis, 0.9 * f64::from(turn))
             })
             .collect(),
         Symmetry::Axis => {
@@ -147,7 +148,7 @@ fn check_symmetry(settings: &Settings, object: &SpecularObject, name: &str) -> R
                 Axis::Z => DVec3::Z,
             };
             (1..6)
-                .map(|turn| DMat3::from_axis_angle(axis, 1.1 * f64::from(turn)))
+                .map(|turn| rotation::about(axis, 1.1 * f64::from(turn)))
                 .collect()
         }
     };

@@ -7,6 +7,7 @@ use super::shoot::{Deposits, TracedLeg};
 use super::variants::Deposit;
 use super::work::Work;
 use crate::numeric::FixedPoint;
+use crate::numeric::math;
 use crate::run::Error;
 use crate::transport::flux::Flux;
 
@@ -173,7 +174,7 @@ impl Rule<'_> {
                 .map(|layer| shells.volume((layer * shells.triangles()) as u32))
                 .fold(f64::INFINITY, f64::min),
         };
-        HEADROOM * flux / least.powf(2.0 / 3.0)
+        HEADROOM * flux / math::powf(least, 2.0 / 3.0)
     }
 }
 

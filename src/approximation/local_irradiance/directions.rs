@@ -8,6 +8,8 @@ use super::lamp::least_rotation;
 use super::settings::Settings;
 use super::variants::{Axis, Directions, SampleAt, Symmetry};
 use crate::geometry::Geodesic;
+use crate::numeric::math;
+use crate::numeric::rotation;
 use crate::numeric::{harmonic_fit, spherical_harmonics};
 
 /// The samples of light directions.
@@ -90,7 +92,7 @@ impl Samples {
                 let steps = settings.axis_samples - 1;
                 let along = |step: u32| {
                     let angle = std::f64::consts::PI * f64::from(step) / f64::from(steps);
-                    axis * angle.cos() + across * angle.sin()
+                    axis * math::cos(angle) + across * math::sin(angle)
                 };
                 return Some(Self {
                     all: (0..=steps).map(along).collect(),
@@ -219,10 +221,10 @@ impl Samples {
         is_nearest: bool,
     ) -> Vec<Blended> {
         let flat = towards - axis * towards.dot(axis);
-        let angle = flat.length().atan2(towards.dot(axis));
+        let angle = math::atan2(flat.length(), towards.dot(axis));
         // About the axis into the plane of samples.
         let side = axis.cross(across);
-        let turn = DMat3::from_axis_angle(axis, -flat.dot(side).atan2(flat.dot(across)));
+        let turn = rotation::about(axis, -math::atan2(flat.dot(side), flat.dot(across)));
         let steps = (self.all.len() - 1) as f64;
         let place = angle / std::f64::consts::PI * steps;
         let low = place.floor().clamp(0.0, steps - 1.0);

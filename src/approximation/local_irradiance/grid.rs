@@ -1,5 +1,6 @@
 //! Cubes around an object.
 
+use crate::numeric::math;
 use glam::DVec3;
 
 use super::leg::{Crossed, Leg, Stencil};
@@ -50,7 +51,7 @@ impl Grid {
 
     /// A cube's volume \[m³\].
     pub fn volume(&self) -> f64 {
-        self.edge().powi(3)
+        math::powi(self.edge(), 3)
     }
 
     /// The number of a cube by its places along the axes.
@@ -88,7 +89,7 @@ impl Grid {
     /// A cube's area \[m²\] across a unit direction: h² (|x| + |y| + |z|).
     #[inline]
     pub fn across(&self, direction: DVec3) -> f64 {
-        self.edge().powi(2) * direction.abs().element_sum()
+        math::powi(self.edge(), 2) * direction.abs().element_sum()
     }
 
     /// The cubes that a leg crosses, in their order.

@@ -7,6 +7,8 @@ use glam::{DMat3, DVec3};
 use super::settings::Settings;
 use super::variants::Light;
 use crate::geometry::Ray;
+use crate::numeric::math;
+use crate::numeric::rotation;
 use crate::radiometry::Rgb;
 use crate::transport::domain::chart::Falloff;
 use crate::transport::first_surface::Source;
@@ -88,7 +90,7 @@ impl Lamp {
     /// ball evenly by solid angle.
     #[inline]
     pub fn photon(&self, radius: f64, [u, v]: [f64; 2]) -> (Ray, f64) {
-        let (sine, cosine) = (std::f64::consts::TAU * v).sin_cos();
+        let (sine, cosine) = math::sin_cos(std::f64::consts::TAU * v);
         match *self {
             Self::Parallel { towards, ahead } => {
                 let (x, y) = towards.any_orthonormal_pair();
@@ -124,7 +126,10 @@ impl Lamp {
         match *self {
             Self::Parallel { .. } => std::f64::consts::PI * radius * radius,
             Self::Point { distance, .. } => {
-                std::f64::consts::TAU * distance * distance * (radius / distance).min(1.0).powi(2)
+                std::f64::consts::TAU
+                    * distance
+                    * distance
+                    * math::powi((radius / distance).min(1.0), 2)
             }
         }
     }
@@ -139,7 +144,7 @@ pub fn least_rotation(from: DVec3, to: DVec3) -> DMat3 {
         if cosine > 0.0 {
             return DMat3::IDENTITY;
         }
-        return DMat3::from_axis_angle(from.any_orthonormal_vector(), std::f64::consts::PI);
+        return rotation::about(from.any_orthonormal_vector(), std::f64::consts::PI);
     }
-    DMat3::from_axis_angle(cross / sine, sine.atan2(cosine))
+    rotation::about(cross / sine, math::atan2(sine, cosine))
 }

@@ -8,6 +8,7 @@ use super::settings::Settings;
 use super::shells::Shells;
 use super::variants::{Region, Space, Tree};
 use crate::geometry::Geodesic;
+use crate::numeric::math;
 use crate::numeric::{SphericalHarmonics, harmonic_fit, spread_bits};
 
 /// The cells of an object's tables, and the region that they fill.
@@ -133,7 +134,7 @@ pub fn cells_needed(settings: &Settings, object: f64, radii: &[f64], farthest: f
     let plain = settings.reach * object;
     let radius = region(settings, object, farthest);
     match (kind(settings), radii) {
-        (Some(Tree::Grid), _) => side(settings, radius / plain).powi(3),
+        (Some(Tree::Grid), _) => math::powi(side(settings, radius / plain), 3),
         (Some(Tree::Shells), [.., inner, outer]) => {
             let added = ((radius - outer) / (outer - inner)).ceil().max(0.0);
             (radii.len() as f64 - 1.0 + added) * f64::from(20u32 << (2 * settings.shell_level))

@@ -222,11 +222,12 @@ fn rotation_of(matrix: DMat3) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DQuat;
+    use crate::numeric::rotation;
 
     #[test]
     fn the_rotation_of_a_stretched_form_is_found_whatever_its_scale() {
-        let turn = DMat3::from_quat(DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -1.2, 2.0));
+        let turn =
+            rotation::about(DVec3::X, 0.3) * rotation::about(DVec3::new(0.6, 0.0, 0.8), -1.2);
         for scale in [1e-6, 1.0, 37.0, 1e8] {
             let stretch = DMat3::from_diagonal(DVec3::new(1.0, 2.5, 0.4) * scale);
             let found = rotation_of(turn * stretch);

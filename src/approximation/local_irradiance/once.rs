@@ -19,6 +19,7 @@ use super::variants::{Noise, Normal, Space, Step, Storage};
 use super::work::Work;
 use crate::approximation::SensorPoint;
 use crate::approximation::clock::Clocked as _;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::run::{Error, Refusal};
 use crate::setting::Words as _;
@@ -249,8 +250,8 @@ fn halves_error(first: &[Rgb], second: &[Rgb], photons: u64) -> f64 {
     let (mut apart, mut whole) = (0.0, 0.0);
     for (a, b) in first.iter().zip(second) {
         for c in 0..3 {
-            apart += (a.0[c] - b.0[c]).powi(2);
-            whole += (a.0[c] + b.0[c]).powi(2);
+            apart += math::powi(a.0[c] - b.0[c], 2);
+            whole += math::powi(a.0[c] + b.0[c], 2);
         }
     }
     if whole > 0.0 {

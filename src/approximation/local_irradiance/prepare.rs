@@ -20,6 +20,7 @@ use super::variants::{Deposit, Light, Region, Space, Surroundings};
 use super::work::Work;
 use crate::approximation::SensorFilm;
 use crate::geometry::Geodesic;
+use crate::numeric::math;
 use crate::numeric::{Stream, StreamKind};
 use crate::run::Error;
 use crate::scene::{Scene, is_achromatic};
@@ -322,7 +323,7 @@ pub fn adapted_radii(
             let shell = |layer: usize| &shed.values[layer * triangles..(layer + 1) * triangles];
             let pairs = shell(layer - 1).iter().zip(shell(layer));
             // Weighted by the area that a triangle has there.
-            let area = (layer as f64).powi(2);
+            let area = math::powi(layer as f64, 2);
             let change_of = |(a, b): (&[f64; 3], &[f64; 3])| -> f64 {
                 (0..3).map(|c| (a[c] - b[c]).abs()).sum()
             };

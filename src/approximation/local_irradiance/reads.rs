@@ -1,5 +1,6 @@
 //! The cells and normals that a sensor reads: stage `normal`, exact.
 
+use crate::numeric::math;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -132,7 +133,7 @@ pub fn needed(
         Space::MultiResolution => {
             let roots = roots_of(layout, &all);
             let ways = layout.trees().map_or(0.0, |([branches, levels], _)| {
-                f64::from(branches).powf(f64::from(levels))
+                math::powf(f64::from(branches), f64::from(levels))
             });
             check(ways * roots.len() as f64)?;
             with_relatives(layout, roots)

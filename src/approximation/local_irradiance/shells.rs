@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::leg::{Crossed, Leg, Stencil};
 use crate::geometry::{Geodesic, GeodesicDual};
+use crate::numeric::math;
 
 /// Concentric shells: a cell is what is between two spheres and behind a triangle of directions.
 #[derive(Clone, Debug)]
@@ -39,11 +40,11 @@ impl Sides {
         let crosses = edges.map(|[from, to]| from.cross(to));
         let normals = crosses.map(DVec3::normalize);
         let angles =
-            std::array::from_fn(|k| crosses[k].length().atan2(edges[k][0].dot(edges[k][1])));
+            std::array::from_fn(|k| math::atan2(crosses[k].length(), edges[k][0].dot(edges[k][1])));
         let area: DVec3 = (0..3).map(|k| normals[k] * (0.5 * angles[k])).sum();
         // Van Oosterom and Strackee 1983.
         let triple = a.dot(b.cross(c));
-        let solid_angle = 2.0 * triple.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
+        let solid_angle = 2.0 * math::atan2(triple, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         Self {
             normals,
             angles,
@@ -130,7 +131,7 @@ impl Shells {
     /// A cell's volume \[m³\].
     pub fn volume(&self, cell: u32) -> f64 {
         let (layer, triangle) = self.parts(cell);
-        let cubes = self.radii[layer + 1].powi(3) - self.radii[layer].powi(3);
+        let cubes = math::powi(self.radii[layer + 1], 3) - math::powi(self.radii[layer], 3);
         self.triangles[triangle as usize].solid_angle * cubes / 3.0
     }
 

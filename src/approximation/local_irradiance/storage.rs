@@ -181,6 +181,7 @@ pub fn bytes_each(storage: Storage) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
 
     #[test]
     fn all_finite_half_floats_are_widened_exactly() {
@@ -195,7 +196,7 @@ mod tests {
     #[test]
     fn triples_that_follow_each_other_have_the_sum_of_single_ones_to_the_bit() {
         let values: Vec<[f64; 3]> = (0..400)
-            .map(|k| std::array::from_fn(|c| (f64::from(k) * 0.37 + c as f64).sin() + 1.0))
+            .map(|k| std::array::from_fn(|c| math::sin(f64::from(k) * 0.37 + c as f64) + 1.0))
             .collect();
         for storage in [Storage::U8, Storage::F16, Storage::F32, Storage::Exact] {
             let (stored, _) = Stored::new(values.clone(), storage, 3.0);

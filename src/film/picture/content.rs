@@ -1,6 +1,7 @@
 //! The content of a picture.
 
 use crate::film::Grid;
+use crate::numeric::math;
 
 use super::palette;
 use super::range::{BarRange, Scale};
@@ -132,11 +133,9 @@ impl BarRange {
                 } else {
                     *positive.select_nth_unstable_by(hundredth, f64::total_cmp).1
                 };
-                let decades = (highest / low)
-                    .log10()
-                    .clamp(*DECADES.start(), *DECADES.end());
+                let decades = math::log10(highest / low).clamp(*DECADES.start(), *DECADES.end());
                 Self {
-                    low: highest * 10f64.powf(-decades),
+                    low: highest * math::powf(10f64, -decades),
                     high: highest,
                 }
             }

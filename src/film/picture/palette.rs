@@ -1,5 +1,6 @@
 //! Colours of positions from 0 to 1, as 8-bit sRGB.
 
+use crate::numeric::math;
 /// The colour of values that are not numbers, which none of the palettes holds.
 pub(super) const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
 
@@ -59,7 +60,7 @@ pub(super) fn srgb(linear: f64) -> u8 {
     to_byte(if linear <= 0.0031308 {
         12.92 * linear
     } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
+        1.055 * math::powf(linear, 1.0 / 2.4) - 0.055
     })
 }
 

@@ -1,5 +1,6 @@
 //! The values at the ends of the bar, and the steps between them.
 
+use crate::numeric::math;
 /// The meaning of equal steps of colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
@@ -39,7 +40,7 @@ impl BarRange {
         let position = match scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
             Scale::Logarithmic if value <= self.low => 0.0,
-            Scale::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
+            Scale::Logarithmic => math::ln(value / self.low) / math::ln(self.high / self.low),
         };
         position.clamp(0.0, 1.0)
     }
@@ -48,7 +49,7 @@ impl BarRange {
     pub(super) fn value(&self, position: f64, scale: Scale) -> f64 {
         match scale {
             Scale::Linear => self.low + position * (self.high - self.low),
-            Scale::Logarithmic => self.low * (self.high / self.low).powf(position),
+            Scale::Logarithmic => self.low * math::powf(self.high / self.low, position),
         }
     }
 }

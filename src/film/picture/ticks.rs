@@ -1,6 +1,7 @@
 //! Round numbers along the bar.
 
 use super::range::{BarRange, Scale};
+use crate::numeric::math;
 
 /// A mark on the bar.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,8 +23,8 @@ pub(super) fn ticks(range: &BarRange, scale: Scale, wanted: usize) -> Vec<Tick> 
 /// Multiples of 1, 2 or 5 times a power of ten.
 fn linear_ticks(range: &BarRange, wanted: usize) -> Vec<Tick> {
     let rough = (range.high - range.low) / wanted.max(1) as f64;
-    let power = rough.log10().floor();
-    let magnitude = 10f64.powf(power);
+    let power = math::log10(rough).floor();
+    let magnitude = math::powf(10f64, power);
     let step = [1.0, 2.0, 5.0, 10.0]
         .map(|factor| factor * magnitude)
         .into_iter()
@@ -51,7 +52,7 @@ fn linear_ticks(range: &BarRange, wanted: usize) -> Vec<Tick> {
 /// Powers of ten, every nth if they crowd. Between them 2 and 5 are labelled if there is room, and the other
 /// digits are minor marks.
 fn logarithmic_ticks(range: &BarRange, wanted: usize) -> Vec<Tick> {
-    let decades = (range.high / range.low).log10();
+    let decades = math::log10(range.high / range.low);
     let every = (decades / wanted.max(1) as f64).ceil().max(1.0);
     let labelled: &[u32] = match wanted as f64 / decades {
         room if room >= 9.0 => &[1, 2, 3, 4, 5, 6, 7, 8, 9],
@@ -59,8 +60,8 @@ fn logarithmic_ticks(range: &BarRange, wanted: usize) -> Vec<Tick> {
         _ => &[1],
     };
     let inside = range.low * (1.0 - 1e-9)..=range.high * (1.0 + 1e-9);
-    let first = range.low.log10().floor() as i32;
-    let last = range.high.log10().ceil() as i32;
+    let first = math::log10(range.low).floor() as i32;
+    let last = math::log10(range.high).ceil() as i32;
     let mut ticks = Vec::new();
     for power in first..=last {
         for digit in 1..=9 {
@@ -85,7 +86,7 @@ fn logarithmic_ticks(range: &BarRange, wanted: usize) -> Vec<Tick> {
 /// A multiple of `step` (1, 2 or 5 times a power of ten) as text, with the decimals of `step`; with an
 /// exponent if `largest`, the largest number on the bar, needs too many digits.
 fn number(value: f64, step: f64, largest: f64) -> String {
-    let power = (step * (1.0 + 1e-9)).log10().floor();
+    let power = math::log10(step * (1.0 + 1e-9)).floor();
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -93,7 +94,7 @@ fn number(value: f64, step: f64, largest: f64) -> String {
         return format!("{value:.*}", (-power).max(0.0) as usize);
     }
     // Digits run from the value's own leading one down to the step's.
-    let leading = (value.abs() * (1.0 + 1e-9)).log10().floor();
+    let leading = math::log10(value.abs() * (1.0 + 1e-9)).floor();
     format!("{value:.*e}", (leading - power).max(0.0) as usize)
 }
 

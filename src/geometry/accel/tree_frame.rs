@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::Bounds;
+use crate::numeric::math;
 
 /// Coordinates in which a tree's boxes lie within the cube [-1, 1]³.
 ///
@@ -26,7 +27,7 @@ impl TreeFrame {
         // The reach is measured from the rounded center, both ways.
         let reach = (bounds.max - center).max(center - bounds.min).max_element();
         let scale = if reach > 0.0 {
-            (-reach.log2().ceil()).exp2()
+            math::exp2(-math::log2(reach).ceil())
         } else {
             1.0
         };

@@ -1,5 +1,6 @@
 //! Vertex normals for meshes whose files have none.
 
+use crate::numeric::rotation;
 use glam::DVec3;
 
 /// One unit normal a vertex: the sum of the adjacent faces' normals, each weighted by the face's angle at the
@@ -19,7 +20,8 @@ pub(super) fn angle_weighted(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec
         };
         for i in 0..3 {
             let from = corners[i];
-            let angle = angle_between(corners[(i + 1) % 3] - from, corners[(i + 2) % 3] - from);
+            let angle =
+                rotation::angle_between(corners[(i + 1) % 3] - from, corners[(i + 2) % 3] - from);
             normals[triangle[i] as usize] += normal * angle;
         }
     }
@@ -27,11 +29,6 @@ pub(super) fn angle_weighted(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec
         *normal = normal.normalize_or_zero();
     }
     normals
-}
-
-/// The angle between two vectors, accurate also near 0 and π.
-fn angle_between(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
 }
 
 /// True if all vertices' normals are those of the faces that they belong to, to rounding: a mesh with flat

@@ -7,6 +7,7 @@ use super::{
     placement::{ShapeError, check_size, columns, equally_long, perpendicular},
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
+use crate::numeric::math;
 
 /// A cylinder of radius 1 about the z axis from z = 0 to z = 1, mapped by `to_world`; normal outward; uv =
 /// (φ/2π, z). No caps, as in Mitsuba.
@@ -94,7 +95,7 @@ impl Cylinder {
 
     /// The surface at parameters (φ/2π, z/length), both in 0..=1.
     pub fn at_uv(&self, uv: DVec2) -> SurfacePoint {
-        let (sin, cos) = (std::f64::consts::TAU * uv.x).sin_cos();
+        let (sin, cos) = math::sin_cos(std::f64::consts::TAU * uv.x);
         let across = self.to_local.inverse().vector(DVec3::new(cos, sin, 0.0));
         let to_surface = across * (self.radius / across.length());
         let normal = to_surface * self.signed_curvature;

@@ -8,6 +8,7 @@ use super::{
     plane::meet_plane,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
+use crate::numeric::math;
 
 /// The unit disc in the xy plane with normal +z, mapped by `to_world`; uv = (r, φ/2π).
 ///
@@ -80,7 +81,7 @@ impl Disk {
 
     /// The point at surface parameters (r, φ/2π), both in 0..=1.
     pub fn at_uv(&self, uv: DVec2) -> SurfacePoint {
-        let (sin, cos) = (std::f64::consts::TAU * uv.y).sin_cos();
+        let (sin, cos) = math::sin_cos(std::f64::consts::TAU * uv.y);
         SurfacePoint {
             position: self.center + (self.half_u * cos + self.half_v * sin) * uv.x,
             position_error: self.position_error,
@@ -119,7 +120,7 @@ impl Disk {
     pub(super) fn meet_beyond(&self, ray: &Ray) -> Option<(f64, DVec2)> {
         let (distance, from_center) = meet_plane(ray, self.center, self.normal)?;
         let [x, y] = [self.dual_u, self.dual_v].map(|dual| dual.dot(from_center));
-        Some((distance, DVec2::new(x.hypot(y), turn_fraction(y, x))))
+        Some((distance, DVec2::new(math::hypot(x, y), turn_fraction(y, x))))
     }
 
     #[inline]
@@ -139,6 +140,6 @@ impl Disk {
     /// Turns the Cartesian parameters that [`Self::surface_point`] leaves into Mitsuba's polar ones.
     pub(in crate::geometry) fn uv(point: &SurfacePoint) -> DVec2 {
         let DVec2 { x, y } = point.uv;
-        DVec2::new(x.hypot(y).min(1.0), turn_fraction(y, x))
+        DVec2::new(math::hypot(x, y).min(1.0), turn_fraction(y, x))
     }
 }

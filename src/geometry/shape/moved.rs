@@ -4,6 +4,7 @@ use glam::{DMat4, DVec3};
 
 use super::{Cylinder, Disk, Rectangle, Shape, Sphere};
 use crate::geometry::{Mesh, Transform};
+use crate::numeric::math;
 
 impl Shape {
     /// The surface moved by a rigid motion, its numbers rounded to 1e-8 of its size.
@@ -82,8 +83,8 @@ impl Steps {
     /// The factor keeps round sizes away from powers of two, where the step changes.
     fn new(size: f64) -> Self {
         const ROUND_SIZES: f64 = 1.37;
-        let power = (size.max(f64::MIN_POSITIVE) * ROUND_SIZES).log2().floor();
-        Self(3.0 * (26.0 - power).exp2())
+        let power = math::log2(size.max(f64::MIN_POSITIVE) * ROUND_SIZES).floor();
+        Self(3.0 * math::exp2(26.0 - power))
     }
 
     fn round(self, x: f64) -> f64 {
@@ -125,29 +126,27 @@ fn moved_mesh(mesh: &Mesh, motion: &Transform) -> Result<Mesh, String> {
 mod tests {
     use super::*;
     use crate::geometry::{Geodesic, MeshParts};
-    use glam::DQuat;
+    use crate::numeric::rotation;
+    use glam::DMat3;
 
     fn motion() -> Transform {
-        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 1.1);
-        let moved = DMat4::from_rotation_translation(turn, DVec3::new(3.0, -7.0, 0.3));
+        let turn = rotation::about(DVec3::new(1.0, 2.0, -0.5).normalize(), 1.1);
+        let moved = DMat4::from_translation(DVec3::new(3.0, -7.0, 0.3)) * DMat4::from_mat3(turn);
         Transform::from_matrix(moved).unwrap()
     }
 
     #[test]
     fn what_is_moved_there_and_back_has_its_own_bits() {
         let geodesic = Geodesic::new(12);
-        let bump = |d: &DVec3| *d * (1.0 + 0.1 * (3.0 * d.x + 5.0 * d.y * d.z).sin());
+        let bump = |d: &DVec3| *d * (1.0 + 0.1 * math::sin(3.0 * d.x + 5.0 * d.y * d.z));
         let mesh = Mesh::new(MeshParts {
             positions: geodesic.vertices().iter().map(bump).collect(),
             triangles: geodesic.triangles().to_vec(),
             ..MeshParts::default()
         });
         let mesh = Shape::Mesh(mesh.unwrap());
-        let tall = DMat4::from_scale_rotation_translation(
-            DVec3::splat(0.7),
-            DQuat::from_rotation_x(0.4),
-            DVec3::new(0.2, 0.5, -0.1),
-        );
+        let turn = rotation::about(DVec3::X, 0.4) * DMat3::from_diagonal(DVec3::splat(0.7));
+        let tall = DMat4::from_translation(DVec3::new(0.2, 0.5, -0.1)) * DMat4::from_mat3(turn);
         let placed = Transform::from_matrix(tall).unwrap();
         let shapes = [
             mesh,

@@ -7,6 +7,7 @@ use super::{
     placement::{ShapeError, check_size, columns, equally_long, perpendicular},
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, rounding::UNIT_ROUNDOFF};
+use crate::numeric::math;
 
 /// The unit sphere mapped by `to_world`; normal outward; uv = (φ/2π, θ/π) in the sphere's own space.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,8 +84,8 @@ impl Sphere {
 
     /// The surface at parameters (φ/2π, θ/π), both in 0..=1.
     pub fn at_uv(&self, uv: DVec2) -> SurfacePoint {
-        let (sin_phi, cos_phi) = (std::f64::consts::TAU * uv.x).sin_cos();
-        let (sin, cos) = (std::f64::consts::PI * uv.y).sin_cos();
+        let (sin_phi, cos_phi) = math::sin_cos(std::f64::consts::TAU * uv.x);
+        let (sin, cos) = math::sin_cos(std::f64::consts::PI * uv.y);
         self.along(
             self.to_local
                 .inverse()
@@ -202,7 +203,7 @@ impl Sphere {
         // By way of the normal, which keeps its digits if the center is far from the origin.
         let outward = point.geometric_normal * self.signed_curvature.signum() * self.radius;
         let local = self.to_local.vector(outward);
-        let theta = local.x.hypot(local.y).atan2(local.z);
+        let theta = math::atan2(math::hypot(local.x, local.y), local.z);
         DVec2::new(
             turn_fraction(local.y, local.x),
             theta * std::f64::consts::FRAC_1_PI,

@@ -7,6 +7,7 @@
 //!
 //! Light that both have in a texel may as well stay. So each plan is tried with and without it.
 
+use crate::numeric::math;
 use glam::DVec2;
 
 use super::measure::Measure;
@@ -58,7 +59,7 @@ fn rings(truth: &Measure, spacing: [f64; 2]) -> Vec<Group> {
         if ring >= rings.len() {
             rings.resize(ring + 1, Vec::new());
         }
-        rings[ring].push((at.to_angle(), texel));
+        rings[ring].push((math::atan2(at.y, at.x), texel));
     }
     let sorted = rings.into_iter().map(|mut ring| {
         ring.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

@@ -1,5 +1,6 @@
 //! The relative difference against the scale at which one looks.
 
+use crate::numeric::math;
 use serde::Serialize;
 
 use super::super::pair::LayerPair;
@@ -114,7 +115,7 @@ pub(super) fn resolution(scales: &[ScaleError], spacing: Option<[f64; 2]>) -> Op
             return Some(scale);
         };
         let along = (above - RIGHT) / (above - below);
-        Some(before * (scale / before).powf(along.clamp(0.0, 1.0)))
+        Some(before * math::powf(scale / before, along.clamp(0.0, 1.0)))
     };
     let value = crossing(|l2| Some(l2.value))?;
     let metres = spacing.filter(|[width, height]| width == height);

@@ -10,6 +10,8 @@
 //!   distance, too, for light that is scaled about a point (Bonneel et al. 2015 have the sliced distance).
 //! - **Distances** from the truth's centre of light, which know what is moved in or out.
 
+use crate::numeric::math;
+use crate::numeric::rotation;
 use glam::DVec2;
 
 use super::measure::Measure;
@@ -30,11 +32,11 @@ pub(super) fn lower_bound(truth: &Measure, other: &Measure, spacing: [f64; 2]) -
         .into_par_iter()
         .map(|k| {
             let angle = (k as f64 + 0.5) * std::f64::consts::PI / DIRECTIONS as f64;
-            let direction = DVec2::from_angle(angle);
+            let direction = rotation::direction(angle);
             on_line(truth, other, spacing, |place| place.dot(direction))
         })
         .collect();
-    let share = (0.5 * std::f64::consts::PI / DIRECTIONS as f64).sin();
+    let share = math::sin(0.5 * std::f64::consts::PI / DIRECTIONS as f64);
     let sliced = share * directions.iter().sum::<f64>();
     let centre = truth.centre(spacing);
     let radial = on_line(truth, other, spacing, |place| place.distance(centre));
@@ -46,7 +48,7 @@ fn on_line(truth: &Measure, other: &Measure, spacing: [f64; 2], map: impl Fn(DVe
     let [width, height] = truth.size;
     let step = spacing[0].min(spacing[1]) / BINS;
     // All places are within the diagonal of the origin.
-    let reach = (spacing[0] * width as f64).hypot(spacing[1] * height as f64);
+    let reach = math::hypot(spacing[0] * width as f64, spacing[1] * height as f64);
     let count = (2.0 * reach / step).ceil() as usize + 2;
     let mut bins = vec![0.0; count];
     for (texel, (t, a)) in truth.shares.iter().zip(&other.shares).enumerate() {

@@ -1,5 +1,6 @@
 //! The colour spaces that FLIP measures in. All conversions assume the illuminant D65.
 
+use crate::numeric::math::single;
 /// Three numbers of one texel.
 pub(super) type Colour = [f32; 3];
 
@@ -70,7 +71,7 @@ pub(super) fn to_hunt_lab(rgb: Colour) -> Colour {
     let [x, y, z] = transformed(&RGB_TO_XYZ, rgb);
     let [x, y, z] = [x / ILLUMINANT[0], y, z / ILLUMINANT[2]].map(|value| {
         if value > DELTA * DELTA * DELTA {
-            value.powf(1.0 / 3.0)
+            single::powf(value, 1.0 / 3.0)
         } else {
             value / (3.0 * DELTA * DELTA) + 4.0 / 29.0
         }

@@ -1,5 +1,6 @@
 //! The range of exposures of HDR-FLIP.
 
+use crate::numeric::math::single;
 use rayon::prelude::*;
 
 use super::colour::luminance;
@@ -51,7 +52,10 @@ impl Exposures {
             median = median_of(&mut luminances);
         }
         let shown = Self::brightest_shown();
-        let (start, stop) = ((shown / brightest).log2(), (shown / median).log2());
+        let (start, stop) = (
+            single::log2(shown / brightest),
+            single::log2(shown / median),
+        );
         Some(Self {
             start,
             stop,

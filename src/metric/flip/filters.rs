@@ -1,5 +1,6 @@
 //! FLIP's convolution kernels, each a product of two kernels of one dimension.
 
+use crate::numeric::math::single;
 use std::f32::consts::PI;
 
 /// The eye's response to a channel of the opponent space: Gaussians a √(π/b) exp(−π² x²/b) over the angle x
@@ -34,7 +35,7 @@ impl Filters {
         let widest = BLUE_YELLOW[0].1;
         let radius = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i32;
         let angle = |x: i32| x as f32 / pixels_per_degree;
-        let gaussian = |b: f32, x: i32| (-PI * PI * angle(x) * angle(x) / b).exp();
+        let gaussian = |b: f32, x: i32| single::exp(-PI * PI * angle(x) * angle(x) / b);
         let places = || -radius..=radius;
         let single = |(a, b): (f32, f32)| {
             normalised(
@@ -51,7 +52,7 @@ impl Filters {
                 .collect::<Vec<f32>>()
         });
         // The two-dimensional sum is to be one: (Σ wide)² + (Σ narrow)².
-        let norm = wide.iter().sum::<f32>().hypot(narrow.iter().sum::<f32>());
+        let norm = single::hypot(wide.iter().sum::<f32>(), narrow.iter().sum::<f32>());
         for weight in wide.iter_mut().chain(&mut narrow) {
             *weight /= norm;
         }
@@ -59,7 +60,7 @@ impl Filters {
         let deviation = 0.5 * FEATURE_WIDTH * pixels_per_degree;
         let radius = (3.0 * deviation).ceil() as i32;
         let places = || (-radius..=radius).map(|x| x as f32);
-        let bell = |x: f32| (-x * x / (2.0 * deviation * deviation)).exp();
+        let bell = |x: f32| single::exp(-x * x / (2.0 * deviation * deviation));
         Self {
             achromatic: single(ACHROMATIC),
             red_green: single(RED_GREEN),
@@ -148,7 +149,10 @@ mod tests {
         assert!(close(sum(&filters.edge), 0.0));
         assert!(close(sum(&filters.point), 0.0));
         let [wide, narrow] = &filters.blue_yellow;
-        assert!(close(sum(wide).powi(2) + sum(narrow).powi(2), 1.0));
+        assert!(close(
+            sum(wide) * sum(wide) + sum(narrow) * sum(narrow),
+            1.0
+        ));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! FLIP of each texel of two images.
 
+use crate::numeric::math::single;
 use rayon::prelude::*;
 
 use super::display::Display;
@@ -27,7 +28,12 @@ pub fn hdr(images: &Images, pixels_per_degree: f32, exposures: &Exposures) -> Ve
     let step = (exposures.stop - exposures.start) / exposures.count.max(2).saturating_sub(1) as f32;
     for i in 0..exposures.count {
         let exposure = exposures.start + i as f32 * step;
-        raise(&mut map, images, &filters, Display::Expose(exposure.exp2()));
+        raise(
+            &mut map,
+            images,
+            &filters,
+            Display::Expose(single::exp2(exposure)),
+        );
     }
     map
 }

@@ -7,6 +7,7 @@ use super::colour::{Colour, from_opponent, hyab, to_hunt_lab, to_opponent};
 use super::display::{Display, shown};
 use super::filters::{Filters, along, strided};
 use super::images::Images;
+use crate::numeric::math::single;
 
 /// Texels a side: small enough for a cache, large beside the kernels' reach.
 pub(super) const TILE: usize = 128;
@@ -57,7 +58,7 @@ impl FlipTile {
         Self {
             reach,
             padded,
-            largest: hyab(green, blue).powf(COLOUR_EXPONENT),
+            largest: single::powf(hyab(green, blue), COLOUR_EXPONENT),
             sides: [side(), side()],
             scratch: std::array::from_fn(|_| buffer(TILE)),
             error: buffer(TILE * TILE),
@@ -96,7 +97,10 @@ impl FlipTile {
                 let seen: Colour = std::array::from_fn(|c| side.seen[c][i]);
                 to_hunt_lab(from_opponent(seen).map(|value| value.clamp(0.0, 1.0)))
             });
-            let colour = remapped(hyab(one, other).powf(COLOUR_EXPONENT), self.largest);
+            let colour = remapped(
+                single::powf(hyab(one, other), COLOUR_EXPONENT),
+                self.largest,
+            );
             let feature = (0..2)
                 .map(|kind| (reference.features[kind][i] - test.features[kind][i]).abs())
                 .fold(0.0, f32::max);
@@ -104,7 +108,7 @@ impl FlipTile {
             *error = if colour == 0.0 && feature < 1.0 {
                 0.0
             } else {
-                colour.powf(1.0 - feature)
+                single::powf(colour, 1.0 - feature)
             };
         }
     }

@@ -7,6 +7,7 @@ use super::plugin::Plugin;
 use crate::geometry::Transform;
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree, shortened};
+use crate::numeric::math;
 use crate::scene::{Film, Perspective, ReconstructionFilter, SensorKind, ShapeId, Warning};
 use crate::setting::did_you_mean;
 
@@ -139,7 +140,7 @@ fn horizontal_fov(plugin: &Plugin, film: &Film) -> Result<f64, LoadError> {
     let aspect = f64::from(film.width) / f64::from(film.height);
     let Some((degrees, at)) = plugin.float_at("fov")? else {
         let length = focal_length(plugin)?;
-        let diagonal = 2.0 * (0.5 * 36.0_f64.hypot(24.0) / length).atan();
+        let diagonal = 2.0 * math::atan(0.5 * math::hypot(36.0_f64, 24.0) / length);
         return Ok(from_axis("diagonal", diagonal, aspect));
     };
     if let Some(found) = plugin.find("focal_length") {
@@ -186,15 +187,15 @@ fn focal_length(plugin: &Plugin) -> Result<f64, LoadError> {
 
 /// The horizontal angle, from the angle along an axis. All in radians.
 fn from_axis(axis: &str, angle: f64, aspect: f64) -> f64 {
-    let half = (0.5 * angle).tan();
+    let half = math::tan(0.5 * angle);
     let half_width = match axis {
         "y" => half * aspect,
-        "diagonal" => half * aspect / aspect.hypot(1.0),
+        "diagonal" => half * aspect / math::hypot(aspect, 1.0),
         "smaller" if aspect > 1.0 => half * aspect,
         "larger" if aspect < 1.0 => half * aspect,
         _ => half,
     };
-    2.0 * half_width.atan()
+    2.0 * math::atan(half_width)
 }
 
 #[cfg(test)]
@@ -210,7 +211,8 @@ mod tests {
         assert!((degrees("smaller", 40.0) - 51.774).abs() < 5e-4);
         assert!((degrees("x", 40.0) - 40.0).abs() < 1e-12);
         assert!((degrees("larger", 40.0) - 40.0).abs() < 1e-12);
-        let of_lens = |length: f64| 2.0 * (0.5 * 36.0_f64.hypot(24.0) / length).atan().to_degrees();
+        let of_lens =
+            |length: f64| 2.0 * math::atan(0.5 * math::hypot(36.0_f64, 24.0) / length).to_degrees();
         assert!((degrees("diagonal", of_lens(35.0)) - 52.6225).abs() < 5e-5);
         assert!((degrees("diagonal", of_lens(50.0)) - 38.1848).abs() < 5e-5);
     }

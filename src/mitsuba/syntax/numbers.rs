@@ -1,5 +1,6 @@
 //! Numbers in attributes.
 
+use crate::numeric::math;
 use glam::DVec3;
 
 use super::Spectrum;
@@ -91,7 +92,7 @@ fn decode_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 {
         encoded / 12.92
     } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
+        math::powf((encoded + 0.055) / 1.055, 2.4)
     }
 }
 

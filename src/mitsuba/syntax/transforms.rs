@@ -1,5 +1,6 @@
 //! The steps inside a `<transform>`.
 
+use crate::numeric::math;
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use super::numbers;
@@ -139,7 +140,7 @@ fn rotation(axis: DVec3, degrees: f64) -> DMat4 {
         90.0 => (1.0, 0.0),
         180.0 => (0.0, -1.0),
         270.0 => (-1.0, 0.0),
-        _ => degrees.to_radians().sin_cos(),
+        _ => math::sin_cos(degrees.to_radians()),
     };
     // Rodrigues: R = cos I + sin [a]× + (1 - cos) a aᵀ.
     let column =

@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_2_SQRT_PI;
 
 use crate::numeric::distributions::normal_quantile;
+use crate::numeric::math;
 
 /// G₁ by the rational fit of Walter et al. 2007, equation 27, given α² tan²θ = 1/a²: within 0.35 %.
 #[inline]
@@ -23,7 +24,7 @@ pub(super) fn shadowing(slant_squared: f64) -> f64 {
         return 1.0;
     }
     let a = 1.0 / slant_squared.sqrt();
-    2.0 / (1.0 + libm::erf(a) + 0.5 * FRAC_2_SQRT_PI * (-a * a).exp() / a)
+    2.0 / (1.0 + math::erf(a) + 0.5 * FRAC_2_SQRT_PI * math::exp(-a * a) / a)
 }
 
 /// A slope across the view of a surface with α = 1: Gaussian with the density exp(−y²)/√π.
@@ -44,7 +45,7 @@ pub(super) fn slope_across(u: f64) -> f64 {
 pub(super) fn slope_along(sin: f64, cos: f64, u: f64) -> f64 {
     // Beyond this, exp(−x²) is below 1e-293: no slope out there is ever drawn.
     const STEEPEST: f64 = 26.0;
-    let shown = |x: f64| cos * libm::erfc(-x) + sin * 0.5 * FRAC_2_SQRT_PI * (-x * x).exp();
+    let shown = |x: f64| cos * math::erfc(-x) + sin * 0.5 * FRAC_2_SQRT_PI * math::exp(-x * x);
     let mut low = -STEEPEST;
     let mut high = if cos < STEEPEST * sin {
         cos / sin
@@ -62,7 +63,7 @@ pub(super) fn slope_along(sin: f64, cos: f64, u: f64) -> f64 {
         } else {
             low = x;
         }
-        let newton = x - excess / (FRAC_2_SQRT_PI * (-x * x).exp() * (cos - x * sin));
+        let newton = x - excess / (FRAC_2_SQRT_PI * math::exp(-x * x) * (cos - x * sin));
         let next = if newton > low && newton < high {
             newton
         } else {

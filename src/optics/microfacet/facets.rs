@@ -1,5 +1,6 @@
 //! The distribution of facets' normals, and the share of facets that others hide.
 
+use crate::numeric::math;
 use glam::DVec3;
 
 use super::{beckmann, ggx};
@@ -57,7 +58,7 @@ impl Microfacets {
         match self.distribution {
             FacetDistribution::Beckmann => {
                 let z_squared = m.z * m.z;
-                let density = (-squared / z_squared).exp() / (scale * z_squared * z_squared);
+                let density = math::exp(-squared / z_squared) / (scale * z_squared * z_squared);
                 // The quotient of two zeros far out on the rim.
                 if density.is_finite() { density } else { 0.0 }
             }
@@ -165,7 +166,7 @@ impl StretchedView {
     fn new(facets: &Microfacets, v: DVec3) -> Self {
         let [alpha_x, alpha_y] = facets.alpha;
         let stretched = DVec3::new(alpha_x * v.x, alpha_y * v.y, v.z).normalize();
-        let sin = stretched.x.hypot(stretched.y);
+        let sin = math::hypot(stretched.x, stretched.y);
         let (cos_phi, sin_phi) = if sin > 0.0 {
             (stretched.x / sin, stretched.y / sin)
         } else {

@@ -1,5 +1,6 @@
 //! Slopes of a stretched sphere: GGX.
 
+use crate::numeric::math;
 /// G₁ = 2 / (1 + √(1 + α² tan²θ)) (Walter et al. 2007, equation 34), given α² tan²θ.
 #[inline]
 pub(super) fn shadowing(slant_squared: f64) -> f64 {
@@ -37,6 +38,6 @@ fn concentric_disc(u: [f64; 2]) -> [f64; 2] {
     } else {
         (y, FRAC_PI_2 - FRAC_PI_4 * (x / y))
     };
-    let (sin, cos) = angle.sin_cos();
+    let (sin, cos) = math::sin_cos(angle);
     [radius * cos, radius * sin]
 }

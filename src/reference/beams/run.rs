@@ -16,6 +16,7 @@ use super::settings::{BeamSettings, target_error};
 use super::sums::Sums;
 use super::support::supports;
 use crate::geometry::TraversalCounters;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::reference::Target;
 use crate::run::{Budget, Error, Estimate, Progress};
@@ -226,7 +227,10 @@ impl<'a> Setup<'a> {
             // Texels are about alike.
             let measure = (0..self.target.texels()).map(|texel| self.target.measure(texel));
             let measure = measure.sum::<f64>() / self.target.texels() as f64;
-            schedule::error(&known).hypot(left_out.error / (measure * lit.mean))
+            math::hypot(
+                schedule::error(&known),
+                left_out.error / (measure * lit.mean),
+            )
         });
         // If the discovery found light on the film, layers without any tell nothing.
         let made = if lit.is_none() && self.is_lit() {

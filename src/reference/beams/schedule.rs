@@ -10,6 +10,7 @@
 //!
 //! with λ such that the error is the one asked for.
 
+use crate::numeric::math;
 /// Power a of the tolerance that errors follow, about. Misplaced flux falls like the fourth power of a cell's
 /// size in smooth light, and cells at borders are fewer than their texels.
 const ERROR_ORDER: f64 = 0.7;
@@ -66,7 +67,7 @@ pub fn first(target: Option<f64>, limited: bool) -> f64 {
         Some(target) if !limited => target.clamp(*FIRST.start(), *FIRST.end()),
         _ => COARSE_ERROR,
     };
-    TOLERANCE_AT_ONE * error.powf(1.0 / ERROR_ORDER)
+    TOLERANCE_AT_ONE * math::powf(error, 1.0 / ERROR_ORDER)
 }
 
 /// The error of all layers together: they are independent.
@@ -98,25 +99,29 @@ pub fn next(layers: &[Known], target: f64) -> Vec<Option<f64>> {
             return 1.0;
         }
         let quotient = WORK_ORDER * one.work / (2.0 * ERROR_ORDER * lambda * squared);
-        quotient.powf(power).min(1.0)
+        math::powf(quotient, power).min(1.0)
     };
     let reached = |lambda: f64| {
-        let after = |one: &Known| (one.error * factor(one, lambda).powf(ERROR_ORDER)).powi(2);
+        let after =
+            |one: &Known| math::powi(one.error * math::powf(factor(one, lambda), ERROR_ORDER), 2);
         let free = layers.iter().filter(|one| !one.is_stuck);
         free.map(after).sum::<f64>().sqrt()
     };
     // The error falls as λ grows. Its logarithm is halved until it is known to a part of 2⁻⁴⁰.
-    let scale = layers.iter().map(|one| one.work).sum::<f64>() / error(layers).powi(2);
-    let (mut low, mut high) = ((scale * 1e-12).ln(), (scale * 1e24).ln());
+    let scale = layers.iter().map(|one| one.work).sum::<f64>() / math::powi(error(layers), 2);
+    let (mut low, mut high) = (math::ln(scale * 1e-12), math::ln(scale * 1e24));
     for _ in 0..48 {
         let middle = 0.5 * (low + high);
-        if reached(middle.exp()) > goal {
+        if reached(math::exp(middle)) > goal {
             low = middle;
         } else {
             high = middle;
         }
     }
-    let factors: Vec<f64> = layers.iter().map(|one| factor(one, high.exp())).collect();
+    let factors: Vec<f64> = layers
+        .iter()
+        .map(|one| factor(one, math::exp(high)))
+        .collect();
     // If no layer is to become much finer, all that are to become finer at all do.
     let least = factors.iter().fold(1.0_f64, |least, one| least.min(*one));
     let stays = f64::max(*STEP.end(), least);
@@ -130,7 +135,7 @@ pub fn next(layers: &[Known], target: f64) -> Vec<Option<f64>> {
 
 /// The tolerance that is likely to lower an error to `asked`; `None` if it would be too small.
 pub fn finer(tolerance: f64, error: f64, asked: f64) -> Option<f64> {
-    let factor = (AIM * asked / error).powf(1.0 / ERROR_ORDER);
+    let factor = math::powf(AIM * asked / error, 1.0 / ERROR_ORDER);
     let tolerance = tolerance * factor.clamp(*STEP.start(), *STEP.end());
     (tolerance >= LEAST_TOLERANCE).then_some(tolerance)
 }
@@ -138,7 +143,7 @@ pub fn finer(tolerance: f64, error: f64, asked: f64) -> Option<f64> {
 /// Likely work of a pass.
 pub fn work(layers: &[Known], next: &[Option<f64>]) -> f64 {
     let of = |(one, next): (&Known, &Option<f64>)| {
-        let growth = (one.tolerance / (*next)?).powf(WORK_ORDER);
+        let growth = math::powf(one.tolerance / (*next)?, WORK_ORDER);
         Some(one.work * growth)
     };
     layers.iter().zip(next).filter_map(of).sum()
@@ -152,16 +157,16 @@ pub fn affordable(layers: &[Known], target: f64, affordable: f64) -> Vec<Option<
         return wanted;
     }
     // The smallest error that can be afforded, by halving its logarithm.
-    let (mut low, mut high) = (target.ln(), error(layers).ln());
+    let (mut low, mut high) = (math::ln(target), math::ln(error(layers)));
     for _ in 0..16 {
         let middle = 0.5 * (low + high);
-        if work(layers, &next(layers, middle.exp())) <= affordable {
+        if work(layers, &next(layers, math::exp(middle))) <= affordable {
             high = middle;
         } else {
             low = middle;
         }
     }
-    next(layers, high.exp())
+    next(layers, math::exp(high))
 }
 
 #[cfg(test)]

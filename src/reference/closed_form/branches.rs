@@ -1,5 +1,6 @@
 //! A function of one variable, cut into its monotone branches, so that it can be inverted.
 
+use crate::numeric::math;
 use std::f64::consts::PI;
 
 /// Number of cells in which a function is searched for its extrema: two of them within a cell go unseen.
@@ -24,7 +25,7 @@ impl Branches {
     /// the square root of rounding, which is where `f` stops to change in `f64`.
     pub(super) fn new(from: f64, to: f64, f: &impl Fn(f64) -> Option<f64>) -> Self {
         let at = |j: usize| {
-            let half_sin = (0.5 * PI * j as f64 / CELLS as f64).sin();
+            let half_sin = math::sin(0.5 * PI * j as f64 / CELLS as f64);
             if j == CELLS {
                 to
             } else {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 use super::block::block;
 use super::{
@@ -11,6 +11,8 @@ use super::{
 };
 use crate::generate::{BrilliantCut, equilateral_prism, round_brilliant};
 use crate::geometry::MeshParts;
+use crate::numeric::math;
+use crate::numeric::rotation;
 
 /// The closed form of one bundled scene's receiver.
 #[derive(Clone, Debug)]
@@ -72,8 +74,8 @@ impl Bundled {
         };
         // The sun of the turntables: 60° above the horizon, 30° from the x axis.
         let turned = |mesh: &MeshParts| {
-            let (sin, cos) = 30.0_f64.to_radians().sin_cos();
-            let across = 60.0_f64.to_radians().tan().recip();
+            let (sin, cos) = math::sin_cos(30.0_f64.to_radians());
+            let across = math::tan(60.0_f64.to_radians()).recip();
             facets(mesh, 1.5, -across * cos, -across * sin, 10.0)
         };
         let mut all = vec![
@@ -212,7 +214,7 @@ const fn dish(eta: f64, k: f64) -> ParabolicMirror {
 
 fn prism() -> MeshParts {
     let mut mesh = equilateral_prism(0.1, 0.2);
-    let (sin, cos) = 18.590378_f64.to_radians().sin_cos();
+    let (sin, cos) = math::sin_cos(18.590378_f64.to_radians());
     for position in &mut mesh.positions {
         // A quarter turn about x, then about y.
         let (x, y, z) = (position.x, -position.z, position.y);
@@ -223,7 +225,7 @@ fn prism() -> MeshParts {
 
 fn cube() -> MeshParts {
     let mut mesh = block(DVec3::splat(-0.5), DVec3::splat(0.5));
-    let (sin, cos) = 20.0_f64.to_radians().sin_cos();
+    let (sin, cos) = math::sin_cos(20.0_f64.to_radians());
     for position in &mut mesh.positions {
         let DVec3 { x, y, z } = *position;
         *position = DVec3::new(cos * x - sin * y, sin * x + cos * y, z + 0.75);
@@ -233,7 +235,7 @@ fn cube() -> MeshParts {
 
 fn diamond() -> MeshParts {
     let mut mesh = round_brilliant(0.325, BrilliantCut::TOLKOWSKY);
-    let (sin, cos) = 165.0_f64.to_radians().sin_cos();
+    let (sin, cos) = math::sin_cos(165.0_f64.to_radians());
     for position in &mut mesh.positions {
         let (x, z) = (position.x, position.z);
         *position = DVec3::new(cos * x + sin * z, position.y, cos * z - sin * x + 0.4);
@@ -243,8 +245,8 @@ fn diamond() -> MeshParts {
 
 fn turntable_cube() -> MeshParts {
     let mut mesh = block(DVec3::splat(-0.57), DVec3::splat(0.57));
-    let turn = DQuat::from_rotation_y(15.0_f64.to_radians())
-        * DQuat::from_rotation_x(25.0_f64.to_radians());
+    let turn = rotation::about(DVec3::Y, 15.0_f64.to_radians())
+        * rotation::about(DVec3::X, 25.0_f64.to_radians());
     for position in &mut mesh.positions {
         *position = turn * *position + DVec3::new(0.0, 0.0, 1.2);
     }

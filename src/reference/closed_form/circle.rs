@@ -1,5 +1,6 @@
 //! The part of a circle that lies in a rectangle.
 
+use crate::numeric::math;
 use std::f64::consts::TAU;
 
 use super::TexelRect;
@@ -19,8 +20,8 @@ pub(super) fn circle_fraction(radius: f64, part: &TexelRect) -> f64 {
 pub(super) fn corner_radii(part: &TexelRect) -> [f64; 4] {
     let mut radii = [
         part.min.length(),
-        part.min.x.hypot(part.max.y),
-        part.max.x.hypot(part.min.y),
+        math::hypot(part.min.x, part.max.y),
+        math::hypot(part.max.x, part.min.y),
         part.max.length(),
     ];
     radii.sort_unstable_by(f64::total_cmp);
@@ -29,12 +30,12 @@ pub(super) fn corner_radii(part: &TexelRect) -> [f64; 4] {
 
 /// acos(x / r), written so that nothing cancels near x = r; 0 if the circle does not reach x.
 fn angle_of_x(radius: f64, x: f64) -> f64 {
-    ((radius - x).max(0.0) * (radius + x)).sqrt().atan2(x)
+    math::atan2(((radius - x).max(0.0) * (radius + x)).sqrt(), x)
 }
 
 /// asin(y / r); π/2 if the circle does not reach y.
 fn angle_of_y(radius: f64, y: f64) -> f64 {
-    y.atan2(((radius - y).max(0.0) * (radius + y)).sqrt())
+    math::atan2(y, ((radius - y).max(0.0) * (radius + y)).sqrt())
 }
 
 #[cfg(test)]
@@ -68,7 +69,7 @@ mod tests {
             let count = 100_000;
             let inside = (0..count)
                 .filter(|i| {
-                    let (sin, cos) = (TAU * (f64::from(*i) + 0.5) / f64::from(count)).sin_cos();
+                    let (sin, cos) = math::sin_cos(TAU * (f64::from(*i) + 0.5) / f64::from(count));
                     let (x, y) = (radius * cos, radius * sin);
                     (part.min.x..part.max.x).contains(&x) && (part.min.y..part.max.y).contains(&y)
                 })

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::radial::STEEPEST;
 use super::{KnownPath, RadialMap, RadialSheet};
+use crate::numeric::math;
 use crate::optics::dielectric_reflectance;
 
 /// A horizontal plane-parallel slab without borders, over a plane.
@@ -45,7 +46,7 @@ impl FlatSlab {
         match path {
             KnownPath::Through(k) if k % 2 == 0 => {
                 let reflectance = dielectric_reflectance(cos_incident, self.ior);
-                (1.0 - reflectance).powi(2) * reflectance.powf(f64::from(k))
+                math::powi(1.0 - reflectance, 2) * math::powf(reflectance, f64::from(k))
             }
             _ => 0.0,
         }
@@ -57,12 +58,12 @@ impl FlatSlab {
     /// further.
     pub fn foot_shift(&self, angle: f64, internal_reflections: u32) -> f64 {
         self.thickness
-            * (angle.tan() - (f64::from(internal_reflections) + 1.0) * self.tan_inside(angle))
+            * (math::tan(angle) - (f64::from(internal_reflections) + 1.0) * self.tan_inside(angle))
     }
 
     /// sin θ / √(n² − sin² θ), written so that nothing cancels at grazing incidence.
     fn tan_inside(&self, angle: f64) -> f64 {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = math::sin_cos(angle);
         sin / ((self.ior - 1.0) * (self.ior + 1.0) + cos * cos).sqrt()
     }
 }
@@ -83,11 +84,13 @@ impl RadialMap for ThroughTheSlab {
         let KnownPath::Through(k) = self.path else {
             return None;
         };
-        (k % 2 == 0).then(|| self.light_height * u.tan() - self.slab.foot_shift(u, k))
+        (k % 2 == 0).then(|| self.light_height * math::tan(u) - self.slab.foot_shift(u, k))
     }
 
     fn flux_density(&self, u: f64) -> f64 {
-        TAU * self.intensity * u.sin() * self.slab.transmitted_fraction(u.cos(), self.path)
+        TAU * self.intensity
+            * math::sin(u)
+            * self.slab.transmitted_fraction(math::cos(u), self.path)
     }
 }
 
@@ -104,7 +107,7 @@ mod tests {
     #[test]
     fn all_reflections_together_are_a_panes_transmittance() {
         for angle in [0.0_f64, 0.5, 1.2, 1.5] {
-            let cos = angle.cos();
+            let cos = math::cos(angle);
             let sum: f64 = (0..200)
                 .map(|k| SLAB.transmitted_fraction(cos, KnownPath::Through(2 * k)))
                 .sum();

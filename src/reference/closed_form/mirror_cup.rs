@@ -1,5 +1,7 @@
 //! A cup that mirrors inside, in parallel or point light: nephroid, cardioid and their kin.
 
+use crate::numeric::math;
+use crate::numeric::rotation;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec2;
@@ -104,7 +106,7 @@ impl MirrorCup {
                 flux += simpson(a, b, tolerance, &cut);
             }
         }
-        flux * self.reflectance.powf(f64::from(reflections)) / texel.area()
+        flux * math::powf(self.reflectance, f64::from(reflections)) / texel.area()
     }
 
     /// The irradiance [W/m²] of every texel of a grid, in the order of [`TexelGrid::map`].
@@ -119,7 +121,7 @@ impl MirrorCup {
                 self.measure(stretch.to) - self.measure(stretch.from)
             })
         });
-        sum * self.reflectance.powf(f64::from(reflections))
+        sum * math::powf(self.reflectance, f64::from(reflections))
     }
 
     /// The flux (W) through the opening.
@@ -141,8 +143,9 @@ impl MirrorCup {
     pub fn parallel_caustic(radius: f64, reflections: u32, azimuth: f64) -> DVec2 {
         let k = f64::from(reflections.max(1));
         let turn = PI + 2.0 * azimuth;
-        let hit = radius * DVec2::from_angle(azimuth + (k - 1.0) * turn);
-        hit + DVec2::from_angle(k * turn) * (radius * azimuth.cos() * (2.0 * k - 1.0) / (2.0 * k))
+        let hit = radius * rotation::direction(azimuth + (k - 1.0) * turn);
+        hit + rotation::direction(k * turn)
+            * (radius * math::cos(azimuth) * (2.0 * k - 1.0) / (2.0 * k))
     }
 
     /// The integral over all lines of what `flux` finds on each.
@@ -166,12 +169,12 @@ impl MirrorCup {
             CupLight::Parallel {
                 tan_angle,
                 irradiance,
-            } => irradiance / 1.0_f64.hypot(tan_angle),
+            } => irradiance / math::hypot(1.0_f64, tan_angle),
             CupLight::Point {
                 distance,
                 height,
                 intensity,
-            } => intensity * height / distance.hypot(height).powi(3),
+            } => intensity * height / math::powi(math::hypot(distance, height), 3),
         }
     }
 
@@ -190,21 +193,25 @@ impl MirrorCup {
         let radius = self.radius;
         match self.light {
             CupLight::Parallel { .. } => CupRay {
-                start: radius * DVec2::new(-u.cos(), u.sin()),
+                start: radius * DVec2::new(-math::cos(u), math::sin(u)),
                 azimuth: 0.0,
                 incidence: u,
                 enter: 0.0,
-                hit: 2.0 * radius * u.cos(),
-                density: radius * u.cos(),
+                hit: 2.0 * radius * math::cos(u),
+                density: radius * math::cos(u),
             },
             CupLight::Point { distance, .. } => {
                 let (azimuth, incidence, density) = if distance <= radius {
-                    (u, (distance / radius * u.sin()).asin(), 1.0)
+                    (u, math::asin(distance / radius * math::sin(u)), 1.0)
                 } else {
-                    let azimuth = (radius / distance * u.sin()).asin();
-                    (azimuth, u, radius / distance * u.cos() / azimuth.cos())
+                    let azimuth = math::asin(radius / distance * math::sin(u));
+                    (
+                        azimuth,
+                        u,
+                        radius / distance * math::cos(u) / math::cos(azimuth),
+                    )
                 };
-                let (middle, half) = (distance * azimuth.cos(), radius * incidence.cos());
+                let (middle, half) = (distance * math::cos(azimuth), radius * math::cos(incidence));
                 CupRay {
                     start: DVec2::new(-distance, 0.0),
                     azimuth,
@@ -233,7 +240,7 @@ impl MirrorCup {
 
     /// The stretch on which a line's light lands after so many reflections.
     fn leg(&self, line: &CupRay, reflections: u32) -> Option<Stretch> {
-        let chord = 2.0 * self.radius * line.incidence.cos();
+        let chord = 2.0 * self.radius * math::cos(line.incidence);
         let (from, to) = self.inside(line);
         let k = f64::from(reflections);
         let turn = PI + 2.0 * line.incidence;
@@ -242,10 +249,10 @@ impl MirrorCup {
         } else {
             let hit = line.hit + (k - 1.0) * chord;
             let wall =
-                self.radius * DVec2::from_angle(line.azimuth + line.incidence + (k - 1.0) * turn);
+                self.radius * rotation::direction(line.azimuth + line.incidence + (k - 1.0) * turn);
             let azimuth = line.azimuth + k * turn;
             (
-                wall - DVec2::from_angle(azimuth) * hit,
+                wall - rotation::direction(azimuth) * hit,
                 azimuth,
                 hit,
                 hit + chord,
@@ -254,7 +261,7 @@ impl MirrorCup {
         let (from, to) = (from.max(start), to.min(end));
         (from < to).then(|| Stretch {
             origin,
-            direction: DVec2::from_angle(azimuth),
+            direction: rotation::direction(azimuth),
             from,
             to,
         })
@@ -271,7 +278,7 @@ impl MirrorCup {
                 if t == f64::INFINITY {
                     return intensity;
                 }
-                let distance = height.hypot(t);
+                let distance = math::hypot(height, t);
                 intensity * (t / distance) * (t / (distance + height))
             }
         }
@@ -299,7 +306,7 @@ impl MirrorCup {
             };
             for (from, to) in ends {
                 if from < to {
-                    let direction = DVec2::from_angle(line.azimuth);
+                    let direction = rotation::direction(line.azimuth);
                     sum += flux(&Stretch {
                         origin: line.start,
                         direction,
@@ -323,14 +330,14 @@ impl MirrorCup {
             CupLight::Point { distance, .. } if distance < self.radius => 0.0,
             CupLight::Point { distance, .. } => {
                 let origin = DVec2::new(-distance, 0.0);
-                let widest = (self.radius / distance).asin();
+                let widest = math::asin(self.radius / distance);
                 let centre = 0.5 * (texel.min + texel.max);
                 let reach = 0.5 * (texel.max - texel.min).length();
                 let to_centre = centre - origin;
                 let cut = |u: f64| {
                     let stretch = Stretch {
                         origin,
-                        direction: DVec2::from_angle(u),
+                        direction: rotation::direction(u),
                         from: 0.0,
                         to: f64::INFINITY,
                     };
@@ -339,7 +346,7 @@ impl MirrorCup {
                         .map_or(0.0, |(from, to)| self.measure(to) - self.measure(from))
                 };
                 let near = |u: f64, half: f64| {
-                    to_centre.perp_dot(DVec2::from_angle(u)).abs()
+                    to_centre.perp_dot(rotation::direction(u)).abs()
                         <= reach + half * to_centre.length()
                 };
                 let tolerance = TOLERANCE * self.unshaded_irradiance() * texel.area();
@@ -360,7 +367,7 @@ impl MirrorCup {
         let azimuth = line.azimuth + k * (PI + 2.0 * line.incidence);
         // The line passes the cup's axis at R sin φ, with the sign that each reflection keeps.
         let distance =
-            centre.perp_dot(DVec2::from_angle(azimuth)) + self.radius * line.incidence.sin();
+            centre.perp_dot(rotation::direction(azimuth)) + self.radius * math::sin(line.incidence);
         // |dβ₀/du| and |dφ/du| are at most 1 for all three kinds of light (asin(q sin u) has slope below 1
         // for q ≤ 1), so the line turns by at most 1 + 2k per unit of u and R sin φ changes by at most R.
         let rate = centre.length() * (1.0 + 2.0 * k) + self.radius;

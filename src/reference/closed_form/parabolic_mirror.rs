@@ -7,6 +7,7 @@ use glam::DVec2;
 use super::circle::circle_fraction;
 use super::quadrature::{integrate, simpson};
 use super::{RadialMap, RadialSheet, TexelGrid, TexelRect};
+use crate::numeric::math;
 use crate::optics::conductor_reflectance;
 
 /// A metal dish z = r²/(4f) in light that falls straight down: the light (path `LRD`) on a plane below its
@@ -56,7 +57,8 @@ impl ParabolicMirror {
         let corner = (shade * SQRT_2).min(self.aperture);
         // From which r light lands at a distance: x = r c / (f − r²/(4f)) solved for r.
         let below_focus = (self.focal_length - self.receiver_height).abs();
-        let source = |x: f64| 2.0 * self.focal_length * x / (below_focus + below_focus.hypot(x));
+        let source =
+            |x: f64| 2.0 * self.focal_length * x / (below_focus + math::hypot(below_focus, x));
         let mut lost = 0.0;
         for part in texel.quadrant_parts() {
             let missing = |r: f64| {
@@ -132,7 +134,7 @@ impl RadialMap for ByTheDish {
 
     fn flux_density(&self, u: f64) -> f64 {
         let slope = u / (2.0 * self.0.focal_length);
-        let cos = 1.0 / 1.0_f64.hypot(slope);
+        let cos = 1.0 / math::hypot(1.0_f64, slope);
         TAU * u * self.0.irradiance * conductor_reflectance(cos, self.0.eta, self.0.k)
     }
 }
@@ -209,7 +211,8 @@ mod tests {
             ..DISH
         };
         let share = metal.sheet().landed_flux() / DISH.sheet().landed_flux();
-        let normal = (0.66_f64.powi(2) + 9.22_f64.powi(2)) / (2.66_f64.powi(2) + 9.22_f64.powi(2));
+        let normal = (math::powi(0.66_f64, 2) + math::powi(9.22_f64, 2))
+            / (math::powi(2.66_f64, 2) + math::powi(9.22_f64, 2));
         // Up to 27° an unpolarised metal's reflectance stays within 0.2 % of its value at 0°.
         assert!((share / normal - 1.0).abs() < 2e-3, "{share} {normal}");
     }

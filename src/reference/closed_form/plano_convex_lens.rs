@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::{AxialLight, RadialMap, RadialSheet};
+use crate::numeric::math;
 use crate::optics::dielectric_reflectance;
 
 /// A plano-convex lens, curved side towards a light on its axis: the light it lets through (path `LTTD`) on
@@ -45,7 +46,7 @@ impl PlanoConvexLens {
     pub fn rim_angle(&self) -> f64 {
         match self.light {
             AxialLight::Point { height, .. } => {
-                (self.aperture / (height - self.flat_height)).atan()
+                math::atan(self.aperture / (height - self.flat_height))
             }
             AxialLight::Parallel { .. } => 0.0,
         }
@@ -57,15 +58,20 @@ impl PlanoConvexLens {
 
     /// The angles θ, i, t, δ₁ of the ray through the point at the angle `a`.
     fn angles(&self, a: f64) -> (f64, f64, f64) {
-        let (sin, cos) = a.sin_cos();
+        let (sin, cos) = math::sin_cos(a);
         let incoming = match self.light {
-            AxialLight::Point { height, .. } => {
-                (self.curvature * sin).atan2(height - self.center_height() - self.curvature * cos)
-            }
+            AxialLight::Point { height, .. } => math::atan2(
+                self.curvature * sin,
+                height - self.center_height() - self.curvature * cos,
+            ),
             AxialLight::Parallel { .. } => 0.0,
         };
         let incidence = incoming + a;
-        (incoming, incidence, a - (incidence.sin() / self.ior).asin())
+        (
+            incoming,
+            incidence,
+            a - math::asin(math::sin(incidence) / self.ior),
+        )
     }
 }
 
@@ -73,16 +79,16 @@ struct ThroughTheLens(PlanoConvexLens);
 
 impl RadialMap for ThroughTheLens {
     fn range(&self) -> (f64, f64) {
-        (0.0, (self.0.aperture / self.0.curvature).asin())
+        (0.0, math::asin(self.0.aperture / self.0.curvature))
     }
 
     fn radius(&self, u: f64) -> Option<f64> {
         let lens = &self.0;
         let (_, _, inside) = lens.angles(u);
-        let (sin, cos) = u.sin_cos();
+        let (sin, cos) = math::sin_cos(u);
         let above_flat = lens.center_height() + lens.curvature * cos - lens.flat_height;
-        let at_flat = lens.curvature * sin - above_flat * inside.tan();
-        let sin_out = lens.ior * inside.sin();
+        let at_flat = lens.curvature * sin - above_flat * math::tan(inside);
+        let sin_out = lens.ior * math::sin(inside);
         let leaves = sin_out.abs() < 1.0 && at_flat.abs() <= lens.aperture;
         leaves.then(|| {
             at_flat - lens.flat_height * sin_out / ((1.0 - sin_out) * (1.0 + sin_out)).sqrt()
@@ -92,19 +98,19 @@ impl RadialMap for ThroughTheLens {
     fn flux_density(&self, u: f64) -> f64 {
         let lens = &self.0;
         let (incoming, incidence, inside) = lens.angles(u);
-        let (sin, cos) = u.sin_cos();
+        let (sin, cos) = math::sin_cos(u);
         let radius = lens.curvature;
         let flux = match lens.light {
             AxialLight::Point { height, intensity } => {
                 let distance = height - lens.center_height();
                 let turn = radius * (distance * cos - radius)
                     / (distance * distance + radius * radius - 2.0 * distance * radius * cos);
-                TAU * intensity * incoming.sin() * turn
+                TAU * intensity * math::sin(incoming) * turn
             }
             AxialLight::Parallel { irradiance } => TAU * irradiance * radius * radius * sin * cos,
         };
-        let enter = dielectric_reflectance(incidence.cos(), lens.ior);
-        let leave = dielectric_reflectance(inside.cos(), lens.ior.recip());
+        let enter = dielectric_reflectance(math::cos(incidence), lens.ior);
+        let leave = dielectric_reflectance(math::cos(inside), lens.ior.recip());
         flux * (1.0 - enter) * (1.0 - leave)
     }
 }
@@ -128,7 +134,7 @@ mod tests {
     fn near_the_axis_the_lens_makers_formula_holds() {
         // Parallel light: the back focal distance of a plano-convex lens, curved side first, is
         // f - d/n behind the flat side, with f = R / (n - 1) and d its thickness.
-        let thickness = 0.06 - (0.06_f64.powi(2) - 0.05_f64.powi(2)).sqrt();
+        let thickness = 0.06 - (math::powi(0.06_f64, 2) - math::powi(0.05_f64, 2)).sqrt();
         let lens = PlanoConvexLens {
             flat_height: 0.06 / 0.5 - thickness / 1.5,
             light: AxialLight::Parallel { irradiance: 1.0 },
@@ -144,7 +150,7 @@ mod tests {
     fn an_index_of_one_leaves_a_point_lights_irradiance() {
         let sheet = PlanoConvexLens { ior: 1.0, ..LENS }.sheet();
         // 2π I (1 - cos θ) within the radius r.
-        let exact = TAU * 10.0 * (1.0 - 0.56 / 0.56_f64.hypot(0.03));
+        let exact = TAU * 10.0 * (1.0 - 0.56 / math::hypot(0.56_f64, 0.03));
         assert!(
             (sheet.disc_flux(0.03) / exact - 1.0).abs() < 1e-11,
             "{exact}"
@@ -154,7 +160,7 @@ mod tests {
     #[test]
     fn the_light_that_enters_is_what_the_rims_cone_holds_less_what_is_reflected() {
         let sheet = LENS.sheet();
-        let cone = TAU * 10.0 * (1.0 - LENS.rim_angle().cos());
+        let cone = TAU * 10.0 * (1.0 - math::cos(LENS.rim_angle()));
         let through = sheet.sent_flux() / cone;
         // At normal incidence each side lets 0.96 pass; the rim's incidence is asin(5/6) + 5.7°, where F <
         // 0.15.

@@ -180,6 +180,7 @@ pub(super) const STEEPEST: f64 = FRAC_PI_2 - 1e-12;
 
 #[cfg(test)]
 mod tests {
+    use crate::numeric::math;
     use std::f64::consts::{PI, TAU};
 
     use super::*;
@@ -191,10 +192,10 @@ mod tests {
             (0.0, STEEPEST)
         }
         fn radius(&self, u: f64) -> Option<f64> {
-            Some(u.tan())
+            Some(math::tan(u))
         }
         fn flux_density(&self, u: f64) -> f64 {
-            TAU * u.sin()
+            TAU * math::sin(u)
         }
     }
 
@@ -205,7 +206,7 @@ mod tests {
             (0.0, 3.0 * PI)
         }
         fn radius(&self, u: f64) -> Option<f64> {
-            Some(u.sin())
+            Some(math::sin(u))
         }
         fn flux_density(&self, _: f64) -> f64 {
             1.0
@@ -214,7 +215,7 @@ mod tests {
 
     /// The solid angle of the rectangle (0, 0)-(x, y) seen from height 1.
     fn solid_angle(x: f64, y: f64) -> f64 {
-        (x * y / (1.0 + x * x + y * y).sqrt()).atan()
+        math::atan(x * y / (1.0 + x * x + y * y).sqrt())
     }
 
     #[test]
@@ -264,7 +265,7 @@ mod tests {
         let count = 3_000_000;
         let step = 3.0 * PI / f64::from(count);
         let brute: f64 = (0..count)
-            .map(|i| circle_fraction((step * (f64::from(i) + 0.5)).sin().abs(), &part) * step)
+            .map(|i| circle_fraction(math::sin(step * (f64::from(i) + 0.5)).abs(), &part) * step)
             .sum();
         // The midpoint rule errs by step²/24 times the jumps of slope, here below 10 each, at most 30 of
         // them.

@@ -3,6 +3,7 @@
 use super::branches::Branches;
 use super::quadrature::integrate;
 use super::{TexelGrid, TexelRect};
+use crate::numeric::math;
 use crate::optics::dielectric_reflectance;
 
 /// A water surface z = `depth` + A sin(k x + p) over the plane z = 0, in light that falls straight down (path
@@ -98,16 +99,18 @@ impl SineWater {
 
 impl SineWave {
     fn landing(&self, x: f64) -> f64 {
-        let (sin, cos) = (self.wave_number * x + self.phase).sin_cos();
+        let (sin, cos) = math::sin_cos(self.wave_number * x + self.phase);
         let slope = self.amplitude * self.wave_number * cos;
-        let angle = slope.atan();
-        let turned = angle - (angle.sin() / self.ior).asin();
-        x + (self.depth + self.amplitude * sin) * turned.tan()
+        let angle = math::atan(slope);
+        let turned = angle - math::asin(math::sin(angle) / self.ior);
+        x + (self.depth + self.amplitude * sin) * math::tan(turned)
     }
 
     fn transmitted(&self, x: f64) -> f64 {
-        let slope = self.amplitude * self.wave_number * (self.wave_number * x + self.phase).cos();
-        self.irradiance * (1.0 - dielectric_reflectance(1.0 / 1.0_f64.hypot(slope), self.ior))
+        let slope =
+            self.amplitude * self.wave_number * math::cos(self.wave_number * x + self.phase);
+        self.irradiance
+            * (1.0 - dielectric_reflectance(1.0 / math::hypot(1.0_f64, slope), self.ior))
     }
 }
 
@@ -133,7 +136,7 @@ mod tests {
             amplitude: 0.0,
             ..WAVE
         });
-        let exact = 1000.0 * (1.0 - (0.33_f64 / 2.33).powi(2));
+        let exact = 1000.0 * (1.0 - math::powi(0.33_f64 / 2.33, 2));
         let irradiance = water.texel_irradiance(&TexelRect::new(0.1, 0.0, 0.2, 0.1));
         assert!(
             (irradiance / exact - 1.0).abs() < 1e-13,

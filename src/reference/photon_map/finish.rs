@@ -16,6 +16,7 @@ use super::setup::Setup;
 use super::sums::RoundSums;
 use crate::geometry::TraversalCounters;
 use crate::numeric::distributions::critical_value;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::reference::photons::finish::Weighted;
 use crate::run::{Estimate, Interval, Layer, LayerName};
@@ -164,7 +165,7 @@ fn bounds(value: &Layer, difference: &Layer, widths: f64) -> Interval {
             let random = widths * value.standard_error[texel].0[c];
             let of_bias = widths * difference.standard_error[texel].0[c];
             let bias = difference.values[texel].0[c].abs();
-            random.hypot(BIAS_BY_DIFFERENCE * of_bias) + BIAS_BY_DIFFERENCE * bias
+            math::hypot(random, BIAS_BY_DIFFERENCE * of_bias) + BIAS_BY_DIFFERENCE * bias
         }));
         let low = value.values[texel] - half_width;
         // `max` would turn an unknown bound (NaN) into 0.

@@ -10,6 +10,7 @@
 //! Of up to [`ALL_SUBSETS`] causes all subsets are asked. Of more, some orders are drawn, each with its
 //! reverse; their scatter gives a standard error, and the values still add up.
 
+use crate::numeric::math;
 use crate::numeric::streams::hash64;
 
 /// Causes whose 2ⁿ subsets are all asked.
@@ -112,7 +113,7 @@ fn mean(changes: &[f64]) -> Share {
         .collect();
     let n = pairs.len() as f64;
     let value = pairs.iter().sum::<f64>() / n;
-    let squares: f64 = pairs.iter().map(|one| (one - value).powi(2)).sum();
+    let squares: f64 = pairs.iter().map(|one| math::powi(one - value, 2)).sum();
     Share {
         value,
         standard_error: (squares / (n * (n - 1.0))).sqrt(),

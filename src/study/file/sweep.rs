@@ -8,6 +8,7 @@ use super::error::FileError;
 use super::study_method::StudyMethod;
 use super::table::{Text, TomlNode, TomlTable};
 use crate::method::Method;
+use crate::numeric::math;
 use crate::setting::Given;
 
 /// Limit of the values of one range, and of the settings of one method: nobody means more.
@@ -63,7 +64,7 @@ fn range(node: &TomlNode, mut table: TomlTable) -> Result<Vec<String>, FileError
         return Ok(all.map(|value| value.to_string()).collect());
     }
     let value = |i: i32| match (times, step) {
-        (Some(times), None) if times > 1.0 && from > 0.0 => Some(from * times.powi(i)),
+        (Some(times), None) if times > 1.0 && from > 0.0 => Some(from * math::powi(times, i)),
         (None, Some(step)) if step > 0.0 => Some(from + step * f64::from(i)),
         _ => None,
     };

@@ -5,6 +5,7 @@ use super::figures::{Answer, Curve, OrderOf, ReportRow, StageErrors};
 use super::text::{judged, percent};
 use crate::film::Image;
 use crate::metric::{Figure, LayerComparison};
+use crate::numeric::math;
 use crate::run::format::three_digits;
 
 /// More work is no help if half the error needs more than this many times the work.
@@ -231,7 +232,7 @@ fn price(curve: &Curve) -> Option<String> {
     let OrderOf { cost, order } = curve.orders.last()?;
     // Two points have no scatter, and a slope that its scatter explains is none.
     let spread = order.standard_error.unwrap_or(0.0);
-    let factor = (-1.0 / order.exponent).exp2();
+    let factor = math::exp2(-1.0 / order.exponent);
     let is_hopeless = order.exponent + 2.0 * spread >= 0.0 || factor > HOPELESS;
     Some(if is_hopeless {
         format!("More {cost} do not make it less.")

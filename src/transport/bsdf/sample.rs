@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 
 /// The quantity that a path carries from `wi` to `wo`.
@@ -65,6 +66,6 @@ pub(super) struct LobeSample {
 #[inline]
 pub(super) fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
     let radius = u[0].sqrt();
-    let (sin, cos) = (TAU * u[1]).sin_cos();
+    let (sin, cos) = math::sin_cos(TAU * u[1]);
     DVec3::new(radius * cos, radius * sin, (1.0 - u[0]).sqrt())
 }

@@ -5,6 +5,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::geometry::{Ray, Transform};
+use crate::numeric::math;
+use crate::numeric::rotation;
 use crate::scene::SensorKind;
 
 /// A projection of space.
@@ -83,7 +85,7 @@ impl CameraLens {
     /// The world's length of a typical unit of camera space.
     pub fn scale(&self) -> f64 {
         match self {
-            Self::Central { determinant, .. } => determinant.cbrt(),
+            Self::Central { determinant, .. } => math::cbrt(*determinant),
             Self::Parallel { magnification, .. } => magnification.sqrt(),
         }
     }
@@ -208,6 +210,6 @@ impl Aperture {
         } else {
             (centred.y, FRAC_PI_2 - FRAC_PI_4 * (centred.x / centred.y))
         };
-        DVec2::from_angle(angle) * (radius * self.radius)
+        rotation::direction(angle) * (radius * self.radius)
     }
 }

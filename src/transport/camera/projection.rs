@@ -6,6 +6,7 @@ use super::diffuse::has_unknown_reflectance;
 use super::error::CameraError;
 use super::lens::CameraLens;
 use crate::geometry::{Ray, Transform};
+use crate::numeric::math;
 use crate::scene::{Film, ReconstructionFilter, Scene, Sensor, SensorKind};
 use crate::transport::scatter::ShadingNormals;
 
@@ -124,7 +125,7 @@ impl Camera {
                 camera.to_world,
                 camera.near_clip,
                 camera.far_clip,
-                (0.5 * camera.horizontal_fov).tan(),
+                math::tan(0.5 * camera.horizontal_fov),
                 camera.principal_point_offset,
             ),
             SensorKind::Orthographic {

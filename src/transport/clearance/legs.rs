@@ -328,6 +328,7 @@ pub(super) fn way_out(scene: &Scene, origin: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math;
     use proptest::prelude::*;
 
     /// Distance, in lengths of `along`, at which a ray from within a box leaves it: the first of the sides
@@ -401,7 +402,7 @@ mod tests {
             along in prop::array::uniform3(vector()),
             push in vector(),
         ) {
-            let extent = (log_extent * 3.0).exp();
+            let extent = (log_extent * 3.0).map(math::exp);
             // Pushed one way, most bundles have a side that all of their rays go towards.
             let (along, start) = (along.map(|one| one + push * 2.0), start.map(|one| one * extent));
             prop_assert!(is_through(extent, start, along).0);

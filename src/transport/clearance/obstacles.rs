@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::cell::Clearance;
 use crate::geometry::{Cylinder, Hull, Shape};
+use crate::numeric::math;
 
 /// Number of flat-sided panels that a tube is divided into: each is then r (1/cos(π/32) − cos(π/32)), about a
 /// hundredth of the radius, thick.
@@ -45,7 +46,7 @@ fn tube_may_be_in_the_way(hull: &Hull, tube: &Cylinder) -> bool {
         let outward = on(0.5 * (from + to), 0.0) - tube.base();
         // The arc is between its chord and the tangents at its ends, which meet at r / cos(π/n) over the
         // arc's middle.
-        let tip = outward / (std::f64::consts::PI / f64::from(PANELS)).cos();
+        let tip = outward / math::cos(std::f64::consts::PI / f64::from(PANELS));
         let top = tube.axis() * tube.length();
         let [a, b, c] = [on(from, 0.0), on(to, 0.0), tube.base() + tip];
         let corners: [DVec3; 6] = [a, b, c, a + top, b + top, c + top];

@@ -9,6 +9,7 @@ use super::look::ShareRange;
 use super::texel::DirectTexel;
 use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 use crate::transport::domain::surface::{Area, LightPart, LightSurface, surface_point};
@@ -114,7 +115,7 @@ impl DirectLight<'_> {
         Glance {
             value: DirectTexel {
                 irradiance: *radiance * (sum / n),
-                error: *radiance * (variance / n).sqrt().hypot(one_sample),
+                error: *radiance * math::hypot((variance / n).sqrt(), one_sample),
             },
             passed: all_passed,
         }

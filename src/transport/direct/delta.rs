@@ -9,6 +9,7 @@ use super::light::DirectLight;
 use super::look::{LeafLight, NO_RANGE, POINTS, ShareRange, Sum, joined};
 use super::shafts::{Obstacle, Shafts};
 use super::texel::DirectTexel;
+use crate::numeric::rotation;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 
@@ -271,7 +272,7 @@ impl DirectLight<'_> {
             .fold(0.0, f64::max);
         // The leaf is seen within about this angle of its middle.
         let reach = 1.1 * radius / distance;
-        let angle = (middle - from).angle_between(to_world.vector(DVec3::Z));
+        let angle = rotation::angle_between(middle - from, to_world.vector(DVec3::Z));
         if [cutoff_angle, beam_width]
             .iter()
             .all(|kink| (angle - *kink).abs() >= reach)

@@ -14,6 +14,7 @@ use super::arriving::unshadowed;
 use super::leaf::{Leaf, SHADOW_LEVELS};
 use super::light::DirectLight;
 use super::look::Sum;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 use crate::transport::receiver::ReceiverPatch;
@@ -362,7 +363,7 @@ impl EdgeTexel<'_, '_> {
         {
             return Err(NoCut::NotSimple);
         }
-        let precision = 0.5_f64.powi(BISECTIONS) * cell.size;
+        let precision = math::powi(0.5_f64, BISECTIONS) * cell.size;
         let mut ends = [DVec2::ZERO; 2];
         for (end, corner) in ends.iter_mut().zip([enters, leaves]) {
             let (from, to) = (cell.corner(corner), cell.corner(corner + 1));

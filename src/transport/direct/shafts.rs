@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use super::arriving::ends_in_a_step;
 use super::edge::CORNERS;
 use crate::geometry::{Bounds, Shape, Sphere, TraversalCounters};
+use crate::numeric::math;
 use crate::scene::{Emitter, Material, Scene};
 use crate::transport::receiver::Receiver;
 use crate::transport::visibility::transmittance;
@@ -166,7 +167,7 @@ impl Shaft {
                         .all(|at| self.passes_ball(*at, *center, *radius))
             }
             Obstacle::Disk(center, half) => {
-                let reach = |along: DVec3| along.dot(half[0]).hypot(along.dot(half[1]));
+                let reach = |along: DVec3| math::hypot(along.dot(half[0]), along.dot(half[1]));
                 self.may_hold(|along| along.dot(*center) - reach(along))
                     && !self.passes_rim(*center, *half)
                     && !self

@@ -7,6 +7,8 @@ use glam::{DVec2, DVec3};
 use super::probe::Probe;
 use super::surface::{Area, surface_point};
 use crate::geometry::{Bounds, Ray};
+use crate::numeric::math;
+use crate::numeric::rotation;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 
@@ -97,7 +99,7 @@ impl Falloff {
             Self::None => 1.0,
             Self::Spot { axis, .. } => {
                 // atan2 keeps its accuracy near the axis, where acos loses half the digits.
-                self.at_angle(direction.cross(axis).length().atan2(direction.dot(axis)))
+                self.at_angle(rotation::angle_between(direction, axis))
             }
         }
     }
@@ -274,9 +276,13 @@ impl LightChart {
                         let radius = patch
                             .corners()
                             .iter()
-                            .map(|corner| middle.angle_between(face_direction(&axes, *corner)))
+                            .map(|corner| {
+                                rotation::angle_between(middle, face_direction(&axes, *corner))
+                            })
                             .fold(0.0, f64::max);
-                        falloff.at_angle((middle.angle_between(axis) - radius * 1.001).max(0.0))
+                        falloff.at_angle(
+                            (rotation::angle_between(middle, axis) - radius * 1.001).max(0.0),
+                        )
                     }
                 };
                 intensity * (nearest * rectangle_solid_angle(patch))
@@ -319,7 +325,7 @@ impl LightChart {
                 ..
             } => {
                 let (direction, jacobian) = face_sample(&axes, place);
-                let (sin, cos) = (2.0 * PI * start.y).sin_cos();
+                let (sin, cos) = math::sin_cos(2.0 * PI * start.y);
                 let (s, t) = direction.any_orthonormal_pair();
                 let across = start.x.sqrt();
                 let forward = (1.0 - start.x).max(0.0).sqrt();
@@ -376,7 +382,7 @@ pub(super) fn face_sample(axes: &[DVec3; 3], place: DVec2) -> (DVec3, f64) {
 /// Ω = Σ ± atan(x y / √(1 + x² + y²)) over the corners, with plus if x and y are both a patch's high or both
 /// its low coordinates.
 fn rectangle_solid_angle(patch: &ChartPatch) -> f64 {
-    let corner = |x: f64, y: f64| (x * y).atan2((1.0 + x * x + y * y).sqrt());
+    let corner = |x: f64, y: f64| math::atan2(x * y, (1.0 + x * x + y * y).sqrt());
     corner(patch.to.x, patch.to.y)
         - corner(patch.from.x, patch.to.y)
         - corner(patch.to.x, patch.from.y)
@@ -423,7 +429,7 @@ fn hemisphere_cone(patch: &ChartPatch) -> (DVec3, f64) {
     if radius >= length {
         return (DVec3::Z, PI);
     }
-    (center / length, (radius / length).asin())
+    (center / length, math::asin(radius / length))
 }
 
 #[cfg(test)]

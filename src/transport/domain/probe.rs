@@ -3,6 +3,8 @@
 use glam::DVec3;
 
 use crate::geometry::Bounds;
+use crate::numeric::math;
+use crate::numeric::rotation;
 
 /// All points that light of a cell can pass through if nothing is in its way, or a set that holds them. "May
 /// overlap" is never wrongly false, but may be wrongly true.
@@ -65,8 +67,8 @@ impl Probe {
                 if distance <= reach {
                     return true;
                 }
-                let angle = to.cross(axis).length().atan2(to.dot(axis));
-                angle <= half_angle + (reach / distance).asin() + SLACK
+                let angle = rotation::angle_between(to, axis);
+                angle <= half_angle + math::asin(reach / distance) + SLACK
             }
             _ => self.between_planes(center, |_| radius),
         }

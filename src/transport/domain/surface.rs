@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use crate::geometry::{Shape, SurfacePoint};
+use crate::numeric::math;
 
 /// A flat piece of an emitter's surface.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +40,7 @@ impl Area {
                 a * (1.0 - root) + b * (root * (1.0 - at.y)) + c * (root * at.y)
             }
             Self::Disk { center, axes } => {
-                let (sin, cos) = (2.0 * PI * at.y).sin_cos();
+                let (sin, cos) = math::sin_cos(2.0 * PI * at.y);
                 center + (axes[0] * cos + axes[1] * sin) * at.x.sqrt()
             }
         }
@@ -222,7 +223,7 @@ impl LightSurface {
                 // Archimedes: belts of equal height have equal area.
                 let height = 1.0 - 2.0 * at.x;
                 let out = 2.0 * (at.x * (1.0 - at.x)).sqrt();
-                let (sin, cos) = (2.0 * PI * at.y).sin_cos();
+                let (sin, cos) = math::sin_cos(2.0 * PI * at.y);
                 let normal = DVec3::new(out * cos, out * sin, height).normalize();
                 surface_point(*center + normal * *radius, normal)
             }

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use super::place::ChartPlace;
 use super::source::Source;
 use crate::geometry::{Shape, Sphere, World};
+use crate::numeric::math;
 
 /// Two coordinates over (a part of) a surface.
 #[derive(Clone, Copy, Debug)]
@@ -101,14 +102,14 @@ impl SurfaceChart {
                 let Shape::Sphere(ball) = &world.shapes()[shape as usize] else {
                     return None;
                 };
-                let (sin_i, cos_i) = at.x.sin_cos();
+                let (sin_i, cos_i) = math::sin_cos(at.x);
                 // Seen from the source, the point is at the angle θ to the centre, sin θ = (r/d) sin i. Seen
                 // from the centre, it is at γ = i − θ to the source.
                 let sin_theta = radius_over_distance * sin_i;
                 let cos_theta = ((1.0 - sin_theta) * (1.0 + sin_theta)).sqrt();
                 let sin_gamma = sin_i * cos_theta - cos_i * sin_theta;
                 let cos_gamma = cos_i * cos_theta + sin_i * sin_theta;
-                let (sin_phi, cos_phi) = at.y.sin_cos();
+                let (sin_phi, cos_phi) = math::sin_cos(at.y);
                 let across = axes[0] * cos_phi + axes[1] * sin_phi;
                 // dγ/di = 1 − (r/d) cos i / cos θ, and the area element is r² sin γ dγ dφ.
                 let stretch = 1.0 - radius_over_distance * cos_i / cos_theta;
@@ -126,7 +127,7 @@ impl SurfaceChart {
                         // v is the polar angle / π.
                         Shape::Sphere(_) => {
                             let theta = std::f64::consts::PI * at.y;
-                            std::f64::consts::FRAC_PI_2 * theta.sin()
+                            std::f64::consts::FRAC_PI_2 * math::sin(theta)
                         }
                         _ => 1.0,
                     };

@@ -3,9 +3,10 @@
 use glam::{DVec2, DVec3};
 
 use super::chart::SurfaceChart;
-use super::fan::{Fan, angle};
+use super::fan::Fan;
 use super::source::Source;
 use crate::geometry::World;
+use crate::numeric::rotation;
 use crate::transport::domain::chart::Falloff;
 
 /// The cone of all light of a spot.
@@ -61,7 +62,8 @@ impl Cone {
     pub(super) fn overlap_of(&self, fan: &Fan) -> ConeOverlap {
         // From so near, a patch is all round.
         let is_wide = fan.radius > 1.0;
-        let nearest = angle(fan.middle, self.axis) - BULGE * fan.radius - fan.rounding;
+        let nearest =
+            rotation::angle_between(fan.middle, self.axis) - BULGE * fan.radius - fan.rounding;
         ConeOverlap {
             is_possible: is_wide || nearest <= self.cutoff_angle,
             // A patch that is a point stays one however often it is divided.

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use super::chart::SurfaceChart;
 use super::triangle::middles;
 use crate::geometry::{SurfacePoint, World};
+use crate::numeric::rotation;
 
 /// The directions from a point to places of a patch.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +53,9 @@ impl Fan {
             let error = ROUNDINGS * f64::EPSILON * size + place.position_error.length();
             let height = offset.dot(place.geometric_normal).abs();
             fan.is_edge_on &= height <= error;
-            fan.radius = fan.radius.max(angle(middle, direction(&place)));
+            fan.radius = fan
+                .radius
+                .max(rotation::angle_between(middle, direction(&place)));
             // There is no direction to the origin itself.
             if offset != DVec3::ZERO {
                 let relative = error / offset.length() + ROUNDINGS * f64::EPSILON;
@@ -86,9 +89,4 @@ impl Fan {
     pub fn is_too_wide(&self) -> bool {
         self.radius > WIDEST.max(SMALLEST * self.rounding) && !self.is_edge_on
     }
-}
-
-/// The angle \[rad\] between unit vectors; small ones lose no accuracy.
-pub(super) fn angle(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
 }

@@ -6,10 +6,12 @@ use glam::{DVec2, DVec3};
 
 use super::chart::SurfaceChart;
 use super::cone::Cone;
-use super::fan::{Fan, angle};
+use super::fan::Fan;
 use super::source::Source;
 use super::triangle::{middles, quarters};
 use crate::geometry::{Cylinder, Mesh, Ray, Shape, TraversalCounters, World};
+use crate::numeric::math;
+use crate::numeric::rotation;
 use crate::scene::Scene;
 
 /// A triangle of chart coordinates.
@@ -127,7 +129,8 @@ fn halves(
     let ends = corners.map(direction);
     let width = |edge: usize| {
         let middle = direction(middles[edge]);
-        angle(ends[(edge + 1) % 3], middle) + angle(middle, ends[(edge + 2) % 3])
+        rotation::angle_between(ends[(edge + 1) % 3], middle)
+            + rotation::angle_between(middle, ends[(edge + 2) % 3])
     };
     let widest = (0..3).max_by(|&a, &b| width(a).total_cmp(&width(b)))?;
     let [a, b, c] = [widest, widest + 1, widest + 2].map(|index| corners[index % 3]);
@@ -193,8 +196,8 @@ fn lit_ranges(cylinder: &Cylinder, source: &Source) -> Vec<[f64; 2]> {
     if radius_over_distance >= 1.0 || across.length_squared() == 0.0 {
         return vec![[0.0, 1.0]];
     }
-    let azimuth = across.dot(y).atan2(across.dot(x)) / TAU;
-    let half = radius_over_distance.acos() / TAU;
+    let azimuth = math::atan2(across.dot(y), across.dot(x)) / TAU;
+    let half = math::acos(radius_over_distance) / TAU;
     // As for a ball's cap: at grazing itself the last digit would tell inside from outside.
     let (outside, inside) = (half * (1.0 - HAIR), half * (1.0 + HAIR));
     vec![

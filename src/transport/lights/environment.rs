@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::sample::LightSample;
 use crate::numeric::WeightedChoice;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::scene::{Envmap, luminance};
 
@@ -55,7 +56,7 @@ impl Environment<'_> {
 
 /// A direction, all of them as likely as each other.
 fn uniform(u: [f64; 2]) -> DVec3 {
-    let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+    let (sin_phi, cos_phi) = math::sin_cos(TAU * u[1]);
     let height = 1.0 - 2.0 * u[0];
     let radius = 2.0 * (u[0] * (1.0 - u[0])).sqrt();
     DVec3::new(radius * cos_phi, radius * sin_phi, height).normalize()
@@ -94,7 +95,7 @@ impl<'a> ImageLight<'a> {
                 if row == 0 || row == last {
                     0.0
                 } else {
-                    (PI * row as f64 / last as f64).sin()
+                    math::sin(PI * row as f64 / last as f64)
                 }
             })
             .collect();

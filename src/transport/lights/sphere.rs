@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use crate::geometry::{Frame, Sphere};
+use crate::numeric::math;
 
 /// The view of a ball from a point.
 ///
@@ -83,7 +84,7 @@ impl BallView {
 
     /// A direction to the shining side, from uniform numbers.
     pub(super) fn sample(&self, ball: &Sphere, u: [f64; 2]) -> Option<BallSample> {
-        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+        let (sin_phi, cos_phi) = math::sin_cos(TAU * u[1]);
         match *self {
             Self::Hidden => None,
             Self::Cone {

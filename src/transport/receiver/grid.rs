@@ -6,6 +6,7 @@ use super::coverage::Coverage;
 use super::lookup::UvLookup;
 use super::problem::{ReceiverError, UvProblem};
 use crate::geometry::{Mesh, Shape, SurfacePoint};
+use crate::numeric::math;
 use crate::scene::{Crop, Film, Scene, Sensor, SensorKind};
 
 /// An irradiance meter: a grid of texels over the (u, v) of a shape's front side.
@@ -130,7 +131,7 @@ impl Receiver {
                         let (from, to) = belt(row, rows);
                         // cos a − cos b = 2 sin((a+b)/2) sin((b−a)/2), without cancellation.
                         let half = std::f64::consts::FRAC_PI_2;
-                        let belt = (half * (from + to)).sin() * (half * (to - from)).sin();
+                        let belt = math::sin(half * (from + to)) * math::sin(half * (to - from));
                         sphere.area() * belt / columns
                     })
                     .collect(),
@@ -270,7 +271,7 @@ impl Receiver {
             // dA = R² sin θ dθ dφ, and θ = π v.
             (_, sphere) => {
                 let angle = std::f64::consts::PI * uv.y;
-                sphere.area() * std::f64::consts::FRAC_PI_2 * angle.sin() / whole
+                sphere.area() * std::f64::consts::FRAC_PI_2 * math::sin(angle) / whole
             }
         };
         Some(ReceiverPatch {

@@ -1,3 +1,4 @@
+use crate::numeric::math;
 use std::fmt::Write;
 
 use super::*;
@@ -43,7 +44,7 @@ fn corners_are_those_that_tobj_reads() {
             writeln!(
                 text,
                 "v {x} {y} {}\nvt {} {}",
-                (x * y).sin(),
+                math::sin(x * y),
                 x / 9.0,
                 y / 9.0
             )

@@ -20,6 +20,7 @@ use super::found::{Discovery, Landing, SignatureLight};
 use super::look::LEAST_THROUGHPUT;
 use super::places::{LEAST_PLACES, PLACES, StartPlace, places_of};
 use crate::geometry::{Ray, World};
+use crate::numeric::math;
 use crate::numeric::{Stream, StreamKind};
 use crate::reference::beams::pass::BeamLight;
 use crate::scene::Scene;
@@ -343,7 +344,7 @@ impl<'a> Surroundings<'a> {
     /// The chart area of all places together, with those beyond the surface; about, if they are on faces of
     /// similar size.
     fn area(&self) -> f64 {
-        (2.0 * self.half_side()).powi(2)
+        math::powi(2.0 * self.half_side(), 2)
     }
 
     /// The next place of Newton's method, for the least squares of the last leg's miss. If light spreads by

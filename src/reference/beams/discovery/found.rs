@@ -6,6 +6,7 @@ use std::collections::btree_map::Entry;
 use glam::DVec2;
 
 use super::look::LandedPath;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::transport::signature::Signature;
 
@@ -79,7 +80,7 @@ impl Discovery {
     /// much light falls on it.
     pub fn unseen(&self, risk: f64) -> Rgb {
         let missed = self.looked.values().map(|one| {
-            let part = 2.0 * (1.0 - risk.powf(1.0 / one.places.max(1) as f64));
+            let part = 2.0 * (1.0 - math::powf(risk, 1.0 / one.places.max(1) as f64));
             one.set_out * part.min(1.0)
         });
         missed.sum()

@@ -1,6 +1,7 @@
 use super::super::block::block;
 use super::*;
 use crate::generate::{BrilliantCut, equilateral_prism, round_brilliant};
+use crate::numeric::math;
 
 fn light(x: f64, y: f64) -> ParallelLight {
     ParallelLight {
@@ -11,7 +12,7 @@ fn light(x: f64, y: f64) -> ParallelLight {
 
 fn stone() -> MeshParts {
     let mut mesh = round_brilliant(1.0, BrilliantCut::TOLKOWSKY);
-    let (sin, cos) = 0.3_f64.sin_cos();
+    let (sin, cos) = math::sin_cos(0.3_f64);
     for position in &mut mesh.positions {
         *position = DVec3::new(
             cos * position.x + sin * position.z,
@@ -74,7 +75,7 @@ fn a_wide_slab_transmits_and_shifts_as_the_formula_says() {
     }
     assert_eq!(solved.texel_irradiance(KnownPath::Direct, &texel), 0.0);
     // The image's left border is that of the top facet, moved by the light and back by the slab.
-    let edge = -50.0 + 0.75 * 1.5 - slab.foot_shift(0.75_f64.atan(), 0);
+    let edge = -50.0 + 0.75 * 1.5 - slab.foot_shift(math::atan(0.75_f64), 0);
     let image = solved
         .polygons()
         .iter()
@@ -90,16 +91,16 @@ fn a_wide_slab_transmits_and_shifts_as_the_formula_says() {
 fn a_prism_at_minimum_deviation_turns_light_by_its_formula() {
     let mut mesh = equilateral_prism(0.1, 0.2);
     // As in the bundled scene: length along y, upper face at the incidence asin(3/4).
-    let (sin, cos) = (0.75_f64.asin() - std::f64::consts::FRAC_PI_6).sin_cos();
+    let (sin, cos) = math::sin_cos(math::asin(0.75_f64) - std::f64::consts::FRAC_PI_6);
     for position in &mut mesh.positions {
         let (x, y, z) = (position.x, -position.z, position.y);
         *position = DVec3::new(cos * x + sin * z, y, cos * z - sin * x + 0.15);
     }
     let solved = FlatFacets::new(&mesh, 1.5, light(0.0, 0.0), 0).unwrap();
-    let deviation = 2.0 * 0.75_f64.asin() - std::f64::consts::FRAC_PI_3;
+    let deviation = 2.0 * math::asin(0.75_f64) - std::f64::consts::FRAC_PI_3;
     // In at cos i, out at cos i: the beam keeps its width, and falls on the floor at the deviation.
     let reflectance = dielectric_reflectance((7.0_f64 / 16.0).sqrt(), 1.5);
-    let exact = 1000.0 * (1.0 - reflectance).powi(2) * deviation.cos();
+    let exact = 1000.0 * math::powi(1.0 - reflectance, 2) * math::cos(deviation);
     let found = solved
         .polygons()
         .iter()

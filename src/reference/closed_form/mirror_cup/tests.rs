@@ -1,4 +1,6 @@
 use super::*;
+use crate::numeric::math;
+use crate::numeric::rotation;
 
 /// The bundled scene `coffee-cup`.
 const CUP: MirrorCup = MirrorCup {
@@ -84,7 +86,8 @@ fn after_one_reflection_the_irradiance_is_the_spreading_of_a_pencil() {
     // E = E0 cos α · R cos φ / |R cos φ - 2 τ| at the point τ behind the hit at φ, away from the nephroid,
     // where no other sheet lands.
     let (azimuth, behind) = (0.9_f64, 0.004);
-    let point = 0.04 * DVec2::from_angle(azimuth) + DVec2::from_angle(PI + 2.0 * azimuth) * behind;
+    let point =
+        0.04 * rotation::direction(azimuth) + rotation::direction(PI + 2.0 * azimuth) * behind;
     let half = 1e-6;
     let texel = TexelRect::new(
         point.x - half,
@@ -92,7 +95,7 @@ fn after_one_reflection_the_irradiance_is_the_spreading_of_a_pencil() {
         point.x + half,
         point.y + half,
     );
-    let width = 0.04 * azimuth.cos();
+    let width = 0.04 * math::cos(azimuth);
     let exact = 1000.0 / 1.36_f64.sqrt() * width / (width - 2.0 * behind).abs();
     let irradiance = CUP.texel_irradiance(KnownPath::Reflected(1), &texel);
     // The mean over the texel differs at second order: (half / 0.01)² ~ 1e-8.
@@ -107,8 +110,8 @@ fn on_the_nephroid_a_texel_is_the_brighter_the_smaller_it_is() {
     let azimuth = 0.5;
     let point = MirrorCup::parallel_caustic(0.04, 1, azimuth);
     let expected = DVec2::new(
-        3.0 * azimuth.cos() - (3.0 * azimuth).cos(),
-        3.0 * azimuth.sin() - (3.0 * azimuth).sin(),
+        3.0 * math::cos(azimuth) - math::cos(3.0 * azimuth),
+        3.0 * math::sin(azimuth) - math::sin(3.0 * azimuth),
     ) * 0.01;
     assert!(point.distance(expected) < 1e-16);
     let at = |half: f64| {
@@ -146,7 +149,7 @@ fn light_goes_past_a_cup_of_no_height() {
             } => {
                 let angle = |x: f64, y: f64| {
                     let x = x + distance;
-                    (x * y / (height * (height * height + x * x + y * y).sqrt())).atan()
+                    math::atan(x * y / (height * (height * height + x * x + y * y).sqrt()))
                 };
                 let (min, max) = (texel.min, texel.max);
                 let solid = angle(max.x, max.y) - angle(min.x, max.y) - angle(max.x, min.y)
@@ -216,7 +219,7 @@ fn lit(cup: &MirrorCup, point: DVec2) -> f64 {
             (
                 back,
                 height,
-                intensity * height / back.length().hypot(height).powi(3),
+                intensity * height / math::powi(math::hypot(back.length(), height), 3),
             )
         }
     };

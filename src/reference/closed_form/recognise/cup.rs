@@ -7,6 +7,7 @@ use super::known_layer::{KnownLayer, KnownLight};
 use super::parts::{Body, LightOrigin, OneLight};
 use super::plane::{ReceiverPlane, is_along_normal};
 use crate::geometry::Cylinder;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::{CupLight, KnownPath, MirrorCup};
 use crate::run::Refusal;
@@ -97,10 +98,10 @@ impl MirroringCup {
     /// Irradiance [W/m²] on the bottom without the cup, for a strength of 1.
     fn unshaded_irradiance(&self) -> f64 {
         match self.cup.light {
-            CupLight::Parallel { tan_angle, .. } => 1.0 / 1.0_f64.hypot(tan_angle),
+            CupLight::Parallel { tan_angle, .. } => 1.0 / math::hypot(1.0_f64, tan_angle),
             CupLight::Point {
                 distance, height, ..
-            } => height / distance.hypot(height).powi(3),
+            } => height / math::powi(math::hypot(distance, height), 3),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Smooth glass of one index and one colour.
 
 use super::parts::Body;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 use crate::reference::closed_form::KnownPath;
 use crate::run::Refusal;
@@ -88,5 +89,5 @@ pub(super) fn even(body: &Body, color: &Color) -> Result<Rgb, Refusal> {
 
 /// Each channel to a whole power.
 pub(super) fn power(color: Rgb, exponent: u32) -> Rgb {
-    color.map(|channel| channel.powf(f64::from(exponent)))
+    color.map(|channel| math::powf(channel, f64::from(exponent)))
 }
