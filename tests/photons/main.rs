@@ -1,5 +1,6 @@
 //! Light followed from emitters, the closed forms that it is held against, its balance, the same bits.
 
+mod bounds;
 mod closed_form_monte_carlo;
 mod closed_form_scenes;
 mod closed_forms;
