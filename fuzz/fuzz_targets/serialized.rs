@@ -1,4 +1,4 @@
-//! No bytes make the reader of `serialized` meshes panic.
+//! No bytes make the reader of `serialized` panic: see `entries.rs`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| nephroid_fuzz::load_mesh("serialized", bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| nephroid_fuzz::enter("serialized", bytes));

@@ -1,4 +1,4 @@
-//! No bytes make the reader of scene files panic.
+//! No bytes make the reader of `xml` panic: see `entries.rs`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| nephroid_fuzz::load("scene.xml", bytes, None));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| nephroid_fuzz::enter("xml", bytes));

@@ -1,35 +1,17 @@
-//! Shared parts of the targets: a file of the bytes to be tried, and a scene file that names it.
+//! Long runs on new inputs. Each target reads bytes as one kind of file, by the entry points that
+//! `tests/hostile/replay.rs` shares; inputs that are worth keeping are in `tests/hostile/corpus/`.
 //!
-//! `cargo +nightly fuzz run ply -- -max_len=65536 -timeout=10 -rss_limit_mb=1024`, in the folder above;
-//! `-timeout` and `-rss_limit_mb` are the bars of time and memory that `tests/hostile/` derives.
+//! A stable toolchain will do, in the folder above (`cargo install cargo-fuzz` before):
+//!
+//! ```text
+//! RUSTC_BOOTSTRAP=1 cargo fuzz build -s none -O
+//! RUSTC_BOOTSTRAP=1 cargo fuzz run -s none -O ply fuzz/corpus/ply tests/hostile/corpus/ply -- \
+//!     -max_len=65536 -timeout=10 -rss_limit_mb=2048
+//! ```
+//!
+//! `-timeout` is the bar of time of `tests/hostile/`.
 
-use std::path::PathBuf;
-use std::sync::OnceLock;
+#[path = "../../tests/support/entries.rs"]
+mod entries;
 
-use nephroid::internals::mitsuba;
-use tempfile::TempDir;
-
-/// Writes `bytes` as the file `name` of a folder that lasts as long as the process; returns its path.
-pub fn file(name: &str, bytes: &[u8]) -> PathBuf {
-    static FOLDER: OnceLock<TempDir> = OnceLock::new();
-    let folder = FOLDER.get_or_init(|| TempDir::new().expect("a temporary folder"));
-    let path = folder.path().join(name);
-    std::fs::write(&path, bytes).expect("a file in a temporary folder");
-    path
-}
-
-/// Writes `bytes` as the file `name`, and loads a scene: the text `scene` as the file `scene.xml` beside it,
-/// or the file itself if there is none. Errors are fine: the claim is that it returns.
-pub fn load(name: &str, bytes: &[u8], scene: Option<&str>) {
-    let written = file(name, bytes);
-    let scene = scene.map_or(written, |text| file("scene.xml", text.as_bytes()));
-    drop(mitsuba::load(&scene, &[]));
-}
-
-/// Loads `bytes` as a mesh by this plugin.
-pub fn load_mesh(plugin: &str, bytes: &[u8]) {
-    let scene = format!(
-        "<scene version=\"3.0.0\"><shape type=\"{plugin}\"><string name=\"filename\" value=\"mesh\"/></shape></scene>"
-    );
-    load("mesh", bytes, Some(&scene));
-}
+pub use entries::enter;

@@ -61,8 +61,8 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
         elapsed: start.elapsed(),
     };
     finish(&run, &path, args.json)?;
-    let is_stopped = context.progress.is_stopped();
-    Ok(if is_stopped || rendering.estimate.incomplete {
+    // As the file says: whoever interrupts while it is written is too late.
+    Ok(if rendering.estimate.incomplete {
         Outcome::Incomplete
     } else {
         Outcome::Complete

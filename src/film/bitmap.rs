@@ -4,7 +4,7 @@ use crate::numeric::math;
 use std::io::Cursor;
 
 use image::codecs::hdr::HdrDecoder;
-use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, ImageResult, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 /// An RGB image; row 0 is the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,12 +26,22 @@ pub enum BitmapEncoding {
     Raw,
 }
 
-/// The largest memory of an image, in bytes, before it is refused as damaged.
+/// The largest memory of an image as its decoder has it, in bytes.
 const LARGEST: u64 = 1 << 32;
 
-/// Bytes of an image for each byte of file, before it is refused as damaged. A black PNG comes to 1032
-/// (zlib's limit), black JPEG, BMP and TGA files to a few hundred.
-const MAX_EXPANSION: u64 = 1 << 12;
+/// The most texels of an image: 16384 x 16384. A scene keeps 12 bytes of each, and reading takes as much again.
+const MOST_TEXELS: u64 = 1 << 28;
+
+/// Bytes of an image for each byte of file, before it is refused as damaged.
+///
+/// PNM packs nothing but eight black or white texels into a byte, each of which is decoded to a byte. Of other
+/// formats a black image is the extreme: PNG comes to 1032 (zlib's limit), JPEG, BMP and TGA to a few hundred.
+fn max_expansion(format: Option<ImageFormat>) -> u64 {
+    match format {
+        Some(ImageFormat::Pnm) => 8,
+        _ => 1 << 12,
+    }
+}
 
 impl Bitmap {
     /// An image of `texels`, row by row; `None` unless they fill a rectangle of that width.
@@ -51,12 +61,13 @@ impl Bitmap {
     ///
     /// # Errors
     ///
-    /// A description of the file's defect, without the file's name.
+    /// A description of the file's defect, without the file's name. Sizes are checked before memory is taken:
+    /// images of more than 2²⁸ texels are refused, and those that a file of this length cannot hold.
     pub fn read(bytes: &[u8], encoding: BitmapEncoding) -> Result<Self, String> {
         if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             return read_exr(bytes);
         }
-        let (image, is_grey) = decode(bytes).map_err(|error| error.to_string())?;
+        let (image, is_grey) = decode(bytes)?;
         let is_float = matches!(
             image,
             DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
@@ -120,28 +131,74 @@ impl Bitmap {
 }
 
 /// The image, and true if it has one channel.
-fn decode(bytes: &[u8]) -> ImageResult<(DynamicImage, bool)> {
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(LARGEST.min(MAX_EXPANSION * bytes.len() as u64));
+fn decode(bytes: &[u8]) -> Result<(DynamicImage, bool), String> {
     if bytes.starts_with(b"#?") {
         // Radiance files may call themselves by other names than "RADIANCE": Mitsuba's say "RGBE".
-        let mut decoder = HdrDecoder::with_strictness(bytes, false)?;
-        decoder.set_limits(limits)?;
-        return Ok((DynamicImage::from_decoder(decoder)?, false));
+        let decoder = HdrDecoder::with_strictness(bytes, false).map_err(defect)?;
+        return image_of(decoder, Some(ImageFormat::Hdr), bytes.len());
     }
-    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+    let mut reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| error.to_string())?;
     if reader.format().is_none() {
         reader.set_format(ImageFormat::Tga);
     }
-    reader.limits(limits);
-    let decoder = reader.into_decoder()?;
+    let format = reader.format();
+    // What a decoder takes for itself while it reads the header.
+    reader.limits(limits(format, bytes.len()));
+    let decoder = reader.into_decoder().map_err(defect)?;
+    image_of(decoder, format, bytes.len())
+}
+
+/// What a decoder may take for itself.
+fn limits(format: Option<ImageFormat>, length: usize) -> Limits {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(LARGEST.min(max_expansion(format) * length as u64));
+    limits
+}
+
+/// The image of a decoder that has read the header of a file of so many bytes.
+///
+/// `DynamicImage::from_decoder` takes the memory that the header asks for, whatever limits the decoder has: the
+/// size is checked before.
+fn image_of(
+    mut decoder: impl ImageDecoder,
+    format: Option<ImageFormat>,
+    length: usize,
+) -> Result<(DynamicImage, bool), String> {
+    let (width, height) = decoder.dimensions();
+    check_texels(u64::from(width), u64::from(height))?;
+    let most = max_expansion(format);
+    let needed = decoder.total_bytes();
+    if needed > LARGEST || needed / most > length as u64 {
+        return Err(format!(
+            "damaged: claims {width} x {height} texels, which take {needed} bytes, in a file of {length} bytes: \
+             allowed are {most} for each, and {LARGEST}"
+        ));
+    }
+    decoder.set_limits(limits(format, length)).map_err(defect)?;
     let is_grey = !decoder.color_type().has_color();
-    Ok((DynamicImage::from_decoder(decoder)?, is_grey))
+    let image = DynamicImage::from_decoder(decoder).map_err(defect)?;
+    Ok((image, is_grey))
+}
+
+/// Refuses images of more texels than a scene can be expected to keep.
+fn check_texels(width: u64, height: u64) -> Result<(), String> {
+    if width.saturating_mul(height) <= MOST_TEXELS {
+        return Ok(());
+    }
+    Err(format!(
+        "claims {width} x {height} texels: allowed are up to {MOST_TEXELS}"
+    ))
+}
+
+fn defect(error: image::ImageError) -> String {
+    error.to_string()
 }
 
 /// The channels R, G, B or Y of an `OpenEXR` file; its only channel if it has neither.
 fn read_exr(bytes: &[u8]) -> Result<Bitmap, String> {
-    let image = super::exr::decode(bytes)?;
+    let image = super::exr::decode(bytes, check_texels)?;
     let channel = |names: [&str; 2]| {
         names
             .iter()

@@ -141,13 +141,25 @@ pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read(path: &Path) -> Result<Image, ExrReadError> {
-    std::fs::read(path)
-        .map_err(|error| error.to_string())
-        .and_then(|bytes| decode(&bytes))
-        .map_err(|message| ExrReadError {
-            path: path.to_owned(),
-            message,
-        })
+    let failed = |message| ExrReadError {
+        path: path.to_owned(),
+        message,
+    };
+    let bytes = std::fs::read(path).map_err(|error| failed(error.to_string()))?;
+    parse(path, &bytes)
+}
+
+/// The image in a file's bytes, for whoever does more with them than read it: a file may change or vanish
+/// before it is read again. The path is for messages.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn parse(path: &Path, bytes: &[u8]) -> Result<Image, ExrReadError> {
+    decode(bytes, |_, _| Ok(())).map_err(|message| ExrReadError {
+        path: path.to_owned(),
+        message,
+    })
 }
 
 fn text(string: &str) -> Text {
@@ -216,7 +228,11 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
+/// Reads an image whose width and height pass a check, which comes before memory is taken for them.
+pub(super) fn decode(
+    bytes: &[u8],
+    check_size: impl FnOnce(u64, u64) -> Result<(), String>,
+) -> Result<Image, String> {
     let header = MetaData::read_from_buffered(bytes, false).map_err(|error| error.to_string())?;
     let [part] = header.headers.as_slice() else {
         return Err(format!("{} parts: allowed is one", header.headers.len()));
@@ -245,6 +261,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
             bytes.len()
         ));
     }
+    check_size(width as u64, height as u64)?;
     if let Some(channel) = part.channels.list.iter().find(|c| c.sampling != Vec2(1, 1)) {
         return Err(format!(
             "channel `{}` is subsampled: allowed are full ones",

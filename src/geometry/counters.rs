@@ -26,8 +26,9 @@ pub struct TraversalCounters {
 
 impl std::ops::AddAssign for TraversalCounters {
     fn add_assign(&mut self, other: Self) {
-        self.rays += other.rays;
-        self.node_visits += other.node_visits;
-        self.primitive_tests += other.primitive_tests;
+        // Counters of shards come from files, which may say anything.
+        self.rays = self.rays.saturating_add(other.rays);
+        self.node_visits = self.node_visits.saturating_add(other.node_visits);
+        self.primitive_tests = self.primitive_tests.saturating_add(other.primitive_tests);
     }
 }

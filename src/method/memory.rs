@@ -37,11 +37,13 @@ pub(super) fn photons(channels: u64, max_layers: u64) -> u64 {
     // While photons fly: exact sums (see `Accumulator`), counts, direct light; combined rounds.
     let rounds = films * PAIR;
     let tracing = films * 40 * channels + 8 + PAIR + rounds;
-    // Then all layers, `LD` too, with rounds still there, ...
-    let estimate = (films + 1) * PAIR + 8;
+    // Then all layers, `LD` too: value, standard error and bounds. Rounds are still there, ...
+    let estimate = (films + 1) * 2 * PAIR + 8;
     // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
-    let files = 3 * ((films + 1) * PAIR / 2 + 4);
-    tracing.max(rounds + PAIR + estimate).max(estimate + files)
+    let files = 3 * ((films + 1) * PAIR + 4);
+    tracing
+        .max(rounds + PAIR + 8 + estimate)
+        .max(estimate + files)
 }
 
 /// Photon maps: each layer twice, for the two radii, and perhaps seen in two ways; the bias.

@@ -11,14 +11,30 @@ pub struct Bars<'a> {
     pub standard_errors: Option<Cow<'a, [f32]>>,
     /// Lower and upper bounds.
     pub bounds: Option<[Cow<'a, [f32]>; 2]>,
+    /// Lower and upper bounds by the same samples as the standard errors, which stand in for these where few
+    /// samples arrived.
+    pub sampling: Option<[Cow<'a, [f32]>; 2]>,
     /// Degrees of freedom of the standard errors; infinite if they count as exact.
     pub freedom: f64,
 }
+
+/// Effective number of samples, (value / standard error)², from which a standard error is one. Of n samples of equal
+/// weight z² is too large by 3/n in the mean: by 3 %, which is less than the 7 % of 32 replicates.
+const MANY: f64 = 100.0;
 
 impl Bars<'_> {
     /// True if anything is known of the errors.
     pub fn has_any(&self) -> bool {
         self.standard_errors.is_some() || self.bounds.is_some()
+    }
+
+    /// The bounds of a texel that few samples reached, where they are known.
+    pub(super) fn few(&self, texel: usize) -> Option<[f64; 2]> {
+        let [low, high] = self.sampling.as_ref()?;
+        let value = f64::from(self.values[texel]);
+        let is_many = value * value >= MANY * self.variance(texel) && value != 0.0;
+        let ends = [f64::from(low[texel]), f64::from(high[texel])];
+        (!is_many && ends[0] < ends[1]).then_some(ends)
     }
 
     pub(super) fn interval(&self, texel: usize) -> [f64; 2] {

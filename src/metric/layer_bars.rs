@@ -50,10 +50,17 @@ impl<'a> LayerBars<'a> {
                 (separate_errors(&errors, layer, is_total, &values)?, None)
             }
         };
+        // Both of one draw: to take both would count its scatter twice.
+        let are_sampling = errors.is_some() && source.image.metadata("confidence").is_some();
+        let bounds = |c: usize, sampling: bool| {
+            let bounds = bounds.as_ref().filter(|_| sampling == are_sampling)?;
+            Some(bounds[c].map(Cow::Borrowed))
+        };
         let bars = values.iter().enumerate().map(|(c, channel)| Bars {
             values: Cow::Borrowed(channel.samples.as_slice()),
             standard_errors: errors.as_ref().map(|errors| errors[c].clone()),
-            bounds: bounds.as_ref().map(|bounds| bounds[c].map(Cow::Borrowed)),
+            bounds: bounds(c, false),
+            sampling: bounds(c, true),
             freedom: source.freedom(),
         });
         Ok(Self {
@@ -99,6 +106,7 @@ impl<'a> LayerBars<'a> {
                 values: Cow::Borrowed(mean.samples.as_slice()),
                 standard_errors: Some(Cow::Owned(errors.collect())),
                 bounds: None,
+                sampling: None,
                 freedom: source.freedom(),
             }
         });
@@ -132,13 +140,11 @@ impl<'a> LayerBars<'a> {
     fn to_xyz(&self) -> Self {
         let [r, g, b] = [0, 1, 2].map(|c| &self.bars[c.min(self.bars.len() - 1)]);
         let errors = [r, g, b].map(|bars| bars.standard_errors.as_deref());
-        let ends = |end: usize| [r, g, b].map(|bars| Some(bars.bounds.as_ref()?[end].as_ref()));
         let bars = RGB_TO_XYZ.map(|weights| Bars {
             values: mixed(weights, [&r.values, &g.values, &b.values]),
             standard_errors: all(errors).map(|errors| mixed(weights, errors)),
-            bounds: all(ends(0))
-                .zip(all(ends(1)))
-                .map(|(low, high)| [mixed(weights, low), mixed(weights, high)]),
+            bounds: mixed_ends(weights, [r, g, b].map(|bars| bars.bounds.as_ref())),
+            sampling: mixed_ends(weights, [r, g, b].map(|bars| bars.sampling.as_ref())),
             freedom: r.freedom,
         });
         Self {
@@ -152,6 +158,15 @@ impl<'a> LayerBars<'a> {
 fn all(planes: [Option<&[f32]>; 3]) -> Option<[&[f32]; 3]> {
     let [r, g, b] = planes;
     Some([r?, g?, b?])
+}
+
+/// Lower and upper bounds as a plane each.
+type Ends<'a> = [Cow<'a, [f32]>; 2];
+
+/// Weighted sums of lower and of upper bounds.
+fn mixed_ends(weights: [f32; 3], bounds: [Option<&Ends>; 3]) -> Option<Ends<'static>> {
+    let end = |end: usize| all(bounds.map(|bounds| Some(bounds?[end].as_ref())));
+    Some([mixed(weights, end(0)?), mixed(weights, end(1)?)])
 }
 
 /// A weighted sum of three planes.

@@ -20,6 +20,8 @@ pub struct Score {
     pub standard_error: f64,
     /// Degrees of freedom of σ.
     pub freedom: f64,
+    /// True if few samples arrived: bounds by them were taken, and σ is large. It has no distribution.
+    pub of_few: bool,
 }
 
 impl TestPair<'_> {
@@ -37,9 +39,16 @@ impl TestPair<'_> {
     /// (Welch 1947; Satterthwaite 1946). A value with bounds is all of lo..=hi at once: o − r is then the
     /// distance between the intervals, zero if they overlap. An image without any error bars counts as exact.
     ///
+    /// A value of few samples is all between its bounds by them ([`Bars::sampling`]), if there are any. Their half
+    /// distance then stands for σ: beyond it, tails are longer than normal ones.
+    ///
     /// `None` if an image has standard errors, but zero at this texel and no bounds. A texel that no sample
     /// reached has 0 ± 0, which means that nothing is known.
     pub fn score(&self, texel: usize) -> Option<Score> {
+        let few = [&self.reference, &self.other].map(|bars| bars.few(texel));
+        if few.iter().any(Option::is_some) {
+            return Some(self.score_of_few(texel, few));
+        }
         let is_known = |bars: &Bars| {
             bars.bounds.is_some() || bars.standard_errors.is_none() || bars.variance(texel) > 0.0
         };
@@ -58,7 +67,28 @@ impl TestPair<'_> {
             } else {
                 f64::INFINITY
             },
+            of_few: false,
         })
+    }
+
+    /// The score where few samples arrived in an image, or in both.
+    fn score_of_few(&self, texel: usize, few: [Option<[f64; 2]>; 2]) -> Score {
+        let sides = [&self.reference, &self.other];
+        let ends: [[f64; 2]; 2] =
+            std::array::from_fn(|i| few[i].unwrap_or_else(|| sides[i].interval(texel)));
+        let variances: [f64; 2] = std::array::from_fn(|i| {
+            few[i].map_or_else(
+                || sides[i].variance(texel),
+                |[low, high]| 0.25 * (high - low) * (high - low),
+            )
+        });
+        let (excess, rounding) = distance(ends[0], ends[1]);
+        Score {
+            excess,
+            standard_error: (variances[0] + variances[1] + rounding).sqrt(),
+            freedom: f64::INFINITY,
+            of_few: true,
+        }
     }
 
     /// An estimate of a texel's squared true difference, and of that estimate's variance.
@@ -91,25 +121,28 @@ impl TestPair<'_> {
 
     /// The signed distance between the intervals, and the variance that storing their ends may have added.
     fn excess(&self, texel: usize) -> (f64, f64) {
-        let [low, high] = self.reference.interval(texel);
-        let [other_low, other_high] = self.other.interval(texel);
-        let (other, own) = if other_low > high {
-            (other_low, high)
-        } else if other_high < low {
-            (other_high, low)
-        } else {
-            return (0.0, 0.0);
-        };
-        (
-            other - own,
-            ROUNDING * ROUNDING * (other * other + own * own),
-        )
+        distance(self.reference.interval(texel), self.other.interval(texel))
     }
 
     /// True if the texel's values differ at all.
     pub fn differs(&self, texel: usize) -> bool {
         self.reference.values[texel] != self.other.values[texel]
     }
+}
+
+/// The signed distance between two intervals, and the variance that storing their ends may have added.
+fn distance([low, high]: [f64; 2], [other_low, other_high]: [f64; 2]) -> (f64, f64) {
+    let (other, own) = if other_low > high {
+        (other_low, high)
+    } else if other_high < low {
+        (other_high, low)
+    } else {
+        return (0.0, 0.0);
+    };
+    (
+        other - own,
+        ROUNDING * ROUNDING * (other * other + own * own),
+    )
 }
 
 impl Score {
@@ -166,6 +199,7 @@ mod tests {
                     excess: 0.05 * f64::from(step),
                     standard_error: 1.0,
                     freedom,
+                    of_few: false,
                 };
                 let fast = 2.0 * normal_cdf(-score.normal_score().unwrap());
                 let exact = score.p();
@@ -183,6 +217,7 @@ mod tests {
             values: vec![value].into(),
             standard_errors: None,
             bounds: None,
+            sampling: None,
             freedom: f64::INFINITY,
         }
     }
@@ -238,5 +273,33 @@ mod tests {
         };
         assert_eq!(z(between(1.0, 4.0), unreached.clone()), None);
         assert_eq!(z(unreached, exact(2.0)), None);
+    }
+
+    #[test]
+    fn bounds_by_samples_stand_in_for_standard_errors_where_few_samples_arrived() {
+        let sampled = |value: f32, error: f32| Bars {
+            standard_errors: Some(vec![error].into()),
+            sampling: Some([vec![0.5 * value].into(), vec![value + 4.0].into()]),
+            ..exact(value)
+        };
+        let score = |reference, other| {
+            let name = "R".to_owned();
+            let pair = TestPair {
+                name,
+                reference,
+                other,
+            };
+            pair.score(0).unwrap()
+        };
+        // No sample at all: bounds 0 to 4, whose half distance is 2.
+        let dark = score(sampled(0.0, 0.0), exact(3.0));
+        assert!(dark.of_few && dark.z() == 0.0);
+        let far = score(sampled(0.0, 0.0), exact(10.0));
+        assert!(far.of_few && (far.z() - 3.0).abs() < 1e-9, "{far:?}");
+        // 99 effective samples, and 101.
+        let few = score(sampled(10.0, 10.0 / 99_f32.sqrt()), exact(16.0));
+        let many = score(sampled(10.0, 10.0 / 101_f32.sqrt()), exact(16.0));
+        assert!(few.of_few && few.excess == 2.0, "{few:?}");
+        assert!(!many.of_few && many.excess == 6.0, "{many:?}");
     }
 }

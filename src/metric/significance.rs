@@ -45,6 +45,10 @@ pub struct Significance {
     /// sample arrived. They are not tested.
     #[doc(hidden)]
     pub untested: u64,
+    /// Number of texels times channels where few samples arrived, with bounds by them. They take part in the test of
+    /// all, and not in the means and the histogram: they have no distribution.
+    #[doc(hidden)]
+    pub few: u64,
     /// Mean of z: 0 if the images agree.
     pub mean_z: f64,
     /// Mean of z²: ν / (ν − 2) if the images agree and bars are right. A larger mean: bars too small or
@@ -135,6 +139,7 @@ pub struct JointTest {
 struct Counts {
     tests: u64,
     untested: u64,
+    few: u64,
     z: f64,
     squares: f64,
     histogram: [u64; BINS],
@@ -170,6 +175,7 @@ impl Significance {
         let has_bounds = pair.tests.iter().any(TestPair::has_bounds);
         let total = channels.iter().fold(Counts::new(), Counts::merged);
         let tests = total.tests as f64;
+        let all = (total.tests + total.few) as f64;
         let extreme = pair
             .tests
             .iter()
@@ -179,6 +185,7 @@ impl Significance {
         Some(Self {
             tests: total.tests,
             untested: total.untested,
+            few: total.few,
             mean_z: mean(total.z, tests),
             mean_square_z: mean(total.squares, tests),
             histogram: total.histogram,
@@ -187,7 +194,7 @@ impl Significance {
             } else {
                 uniformity(&channels, level)
             },
-            family: family(extreme.as_ref().map_or(1.0, |it| it.p), tests, level),
+            family: family(extreme.as_ref().map_or(1.0, |it| it.p), all, level),
             extreme,
             has_bounds,
         })
@@ -279,6 +286,7 @@ impl Counts {
         Self {
             tests: 0,
             untested: 0,
+            few: 0,
             z: 0.0,
             squares: 0.0,
             histogram: [0; BINS],
@@ -288,14 +296,18 @@ impl Counts {
 
     fn add(&mut self, texel: usize, score: &Score) {
         let z = score.z();
-        self.tests += 1;
-        self.z += z;
-        self.squares += z * z;
         let p = score
             .normal_score()
             .map_or_else(|| score.p(), |normal| 2.0 * normal_cdf(-normal));
-        let bin = (p * BINS as f64) as usize;
-        self.histogram[bin.min(BINS - 1)] += 1;
+        if score.of_few {
+            self.few += 1;
+        } else {
+            self.tests += 1;
+            self.z += z;
+            self.squares += z * z;
+            let bin = (p * BINS as f64) as usize;
+            self.histogram[bin.min(BINS - 1)] += 1;
+        }
         let candidate = ExtremeCandidate { texel, p, z };
         if self.extreme.is_none_or(|extreme| candidate.beats(extreme)) {
             self.extreme = Some(candidate);
@@ -306,6 +318,7 @@ impl Counts {
     fn merged(mut self, other: &Self) -> Self {
         self.tests += other.tests;
         self.untested += other.untested;
+        self.few += other.few;
         self.z += other.z;
         self.squares += other.squares;
         for (bin, count) in self.histogram.iter_mut().zip(other.histogram) {

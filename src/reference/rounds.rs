@@ -42,6 +42,9 @@ pub struct Schedule<'a> {
     pub most: u64,
     /// Work of each replicate after which a run without any light has no error to reach.
     pub hopeless: u64,
+    /// True if a run that has nothing but its work for a limit is one round, of which whoever stops it keeps
+    /// the replicates that are done.
+    pub is_in_one: bool,
 }
 
 impl Schedule<'_> {
@@ -51,7 +54,7 @@ impl Schedule<'_> {
     ///
     /// As [`Rounds::trace`].
     pub fn spend(&self, rounds: &mut impl Rounds) -> Result<bool, Error> {
-        if self.budget.is_work_only() {
+        if self.is_in_one && self.budget.is_work_only() {
             return Ok(!rounds.trace(0, self.most, None)?);
         }
         let deadline = self.budget.deadline(self.start);
@@ -66,7 +69,7 @@ impl Schedule<'_> {
                 break;
             }
             let is_hopeless = error.is_none() && rounds.done() >= self.hopeless;
-            if is_hopeless && self.budget.time.is_none() {
+            if is_hopeless && goal.is_some() && self.budget.time.is_none() {
                 return Ok(true);
             }
             let Some(next) = self.next(rounds.done(), each) else {
@@ -132,6 +135,10 @@ mod tests {
     }
 
     fn spent(budget: Budget, most: u64) -> (Vec<u64>, bool) {
+        spent_in(true, budget, most)
+    }
+
+    fn spent_in(is_in_one: bool, budget: Budget, most: u64) -> (Vec<u64>, bool) {
         let mut method = Falling::default();
         let progress = Progress::default();
         let schedule = Schedule {
@@ -141,6 +148,7 @@ mod tests {
             first: 4,
             most,
             hopeless: 1000,
+            is_in_one,
         };
         let incomplete = schedule.spend(&mut method).unwrap();
         (method.rounds, incomplete)
@@ -149,6 +157,11 @@ mod tests {
     #[test]
     fn work_alone_is_one_round() {
         assert_eq!(spent(Budget::work(70), 70), (vec![70], false));
+        // Or several, of all the same.
+        assert_eq!(
+            spent_in(false, Budget::work(70), 70),
+            (vec![4, 8, 16, 32, 10], false)
+        );
     }
 
     #[test]

@@ -5,9 +5,10 @@ use crate::film::{Image, Rounding};
 use crate::radiometry::Rgb;
 
 impl Estimate {
-    /// Its layers as channels, in its unit, without metadata: `E` (of a camera `L`), `LD`, `LRD`, ..., each
-    /// with `.R .G .B` and `.stderr.R .stderr.G .stderr.B`; of methods with bounds `.lo.R` ... and `.hi.R`
-    /// ... instead, or both if they also draw at random.
+    /// Its layers as channels, in its unit: `E` (of a camera `L`), `LD`, `LRD`, ..., each with `.R .G .B` and
+    /// `.stderr.R .stderr.G .stderr.B`; of methods with bounds `.lo.R` ... and `.hi.R` ... instead, or both if
+    /// they also draw at random. If the bounds are of the same draws as the standard errors, the attribute
+    /// `confidence` has theirs; there is no other.
     ///
     /// # Example: names of the channels
     ///
@@ -25,15 +26,21 @@ impl Estimate {
         for layer in std::iter::once(&self.total).chain(&self.layers) {
             add_layer(&mut image, layer, self.quantity);
         }
+        if self.total.interval.is_none() && self.total.sampling.is_some() {
+            image.add_metadata(CONFIDENCE, "0.999 of each texel, of the draws of stderr");
+        }
         image
     }
 }
+
+/// The attribute of films whose bounds are those of random values.
+pub(crate) const CONFIDENCE: &str = "confidence";
 
 fn add_layer(image: &mut Image, layer: &Layer, quantity: Quantity) {
     let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
     let name = layer.name.of(quantity);
     image.add_rgb(&name, &triples(&layer.values));
-    if let Some(interval) = &layer.interval {
+    if let Some(interval) = layer.interval.as_ref().or(layer.sampling.as_ref()) {
         let mut add = |end: &str, values: &[Rgb], rounding| {
             image.add_rgb_rounded(&format!("{name}.{end}"), &triples(values), rounding);
         };
@@ -41,7 +48,7 @@ fn add_layer(image: &mut Image, layer: &Layer, quantity: Quantity) {
         add("lo", &interval.low, Rounding::Down);
         add("hi", &interval.high, Rounding::Up);
     }
-    // Deterministic methods have bounds alone; light drawn at random may have both.
+    // Deterministic methods have bounds of their own alone; light drawn at random may have both.
     let is_random = layer.standard_error.iter().any(|error| !error.is_black());
     if layer.interval.is_none() || is_random {
         image.add_rgb(&format!("{name}.stderr"), &triples(&layer.standard_error));

@@ -113,6 +113,7 @@ impl Estimate {
                     high: bound(1.0),
                 });
             }
+            layer.sampling = None;
         }
         self
     }

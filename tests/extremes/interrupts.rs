@@ -207,6 +207,13 @@ fn photon_maps_that_are_interrupted_say_so() {
     let first_round = u64::from(settings.photons.replicates) * settings.map_photons;
     for (name, budget) in [
         (
+            "photon maps, a number",
+            Budget {
+                work: Some(NUMBER),
+                ..Budget::default()
+            },
+        ),
+        (
             "photon maps, an error",
             Budget {
                 relative_error: Some(ERROR),

@@ -21,7 +21,7 @@ use crate::support::mutation::{
 };
 
 /// A scene with a little of all that a scene file may say.
-const SCENE: &str = r##"<?xml version="1.0"?>
+pub const SCENE: &str = r##"<?xml version="1.0"?>
 <scene version="3.0.0"><default name="size" value="8"/>
 <integrator type="path"><integer name="max_depth" value="$size"/></integrator>
 <emitter type="point"><point name="position" x="0" y="0" z="4"/><rgb name="intensity" value="100, 90, 80"/></emitter>

@@ -15,8 +15,12 @@ mod claims;
 mod growth;
 mod honest;
 mod names;
+mod replay;
+mod seeds;
 mod slow_meshes;
 mod watch;
 
+#[path = "../support/entries.rs"]
+mod entries;
 #[path = "../support/mod.rs"]
 mod support;

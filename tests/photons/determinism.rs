@@ -35,6 +35,10 @@ fn bits(estimate: &Estimate) -> Vec<u64> {
         for value in layer.values.iter().chain(&layer.standard_error) {
             bits.extend(value.0.map(f64::to_bits));
         }
+        let sampling = layer.sampling.as_ref().expect("photons have bounds");
+        for bound in sampling.low.iter().chain(&sampling.high) {
+            bits.extend(bound.0.map(f64::to_bits));
+        }
     }
     bits.extend(&estimate.counts);
     let ledger = &estimate.ledger;

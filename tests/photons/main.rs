@@ -4,6 +4,7 @@
     reason = "oracles and figures of a test, no results"
 )]
 
+mod bounds;
 mod closed_form_monte_carlo;
 mod closed_form_scenes;
 mod closed_forms;

@@ -29,20 +29,23 @@ use crate::approximation::{DepthMap, ExactFilm, Extent, Frame, LightView, Receiv
 use crate::geometry::Bounds;
 use crate::numeric::math;
 use crate::radiometry::Rgb;
-use crate::run::Error;
+use crate::run::{Error, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
 
-/// Fills a sensor with light of one mode.
+/// Fills a sensor with light of one mode. A wish to stop ends the frame under way: if it is the first, the image
+/// has what its photons brought so far, else it has the frames before it.
 pub fn run(
     settings: &Settings,
     mode: Mode,
     scene: &Scene,
     sensor: &Sensor,
+    progress: &Progress,
 ) -> Result<Frame, Error> {
     let film = SensorFilm::new(scene, sensor)?;
     let sources = sources(scene, MAPS)?;
     let mut pipeline = Pipeline {
+        progress,
         settings,
         scene,
         film: &film,
@@ -55,25 +58,46 @@ pub fn run(
     let [width, height] = film.size();
     let mut values = vec![Rgb::BLACK; width * height];
     let mut flow = Flow::default();
+    let mut frames = 0;
     for frame in 0..settings.frames {
-        for (sum, value) in values.iter_mut().zip(pipeline.frame(&sources, frame)?) {
+        let light = pipeline.frame(&sources, frame)?;
+        if frames > 0 && progress.is_stopped() {
+            break;
+        }
+        for (sum, value) in values.iter_mut().zip(light) {
             *sum += value / f64::from(settings.frames);
         }
         flow += std::mem::take(&mut pipeline.flow);
+        frames += 1;
+    }
+    if frames < settings.frames {
+        let missing = f64::from(settings.frames) / f64::from(frames.max(1));
+        values
+            .iter_mut()
+            .for_each(|value| *value = *value * missing);
     }
     let counters = Work::of_frame(&pipeline.work.map(|done| done.work));
     let is_dark = values.iter().all(|value| value.is_black());
-    let warning = is_dark.then(|| darkness::reason(&flow.tally, pipeline.looks.as_ref()));
+    let warning = if progress.is_stopped() {
+        Some(format!(
+            "stopped in frame {} of {}: light of one frame, or frames, are missing",
+            frames.max(1),
+            settings.frames
+        ))
+    } else {
+        is_dark.then(|| darkness::reason(&flow.tally, pipeline.looks.as_ref()))
+    };
     Ok(Frame {
         values,
         work: stage_work(&STAGES, &pipeline.work, Work::counters),
         counters,
-        flux: flow.entries(settings.frames),
+        flux: flow.entries(frames.max(1)),
         warnings: warning.into_iter().collect(),
     })
 }
 
 struct Pipeline<'a> {
+    progress: &'a Progress,
     settings: &'a Settings,
     scene: &'a Scene,
     film: &'a SensorFilm,
@@ -285,6 +309,7 @@ impl<'a> Pipeline<'a> {
 
     fn tracer<'b>(&'b self, light: &Light<'b>, backs: &'b Backs) -> Tracer<'b> {
         Tracer {
+            progress: self.progress,
             scene: self.scene,
             receivers: &self.receivers,
             window: light.window,

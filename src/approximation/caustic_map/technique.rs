@@ -107,12 +107,7 @@ impl Prepared for Ready {
         &[]
     }
 
-    fn frame(
-        &mut self,
-        scene: &Scene,
-        sensor: &Sensor,
-        _context: &Context,
-    ) -> Result<Frame, Error> {
-        run::run(&self.settings, self.mode, scene, sensor)
+    fn frame(&mut self, scene: &Scene, sensor: &Sensor, context: &Context) -> Result<Frame, Error> {
+        run::run(&self.settings, self.mode, scene, sensor, &context.progress)
     }
 }

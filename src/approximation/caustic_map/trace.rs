@@ -16,12 +16,15 @@ use crate::approximation::{DepthMap, LightView, Receivers};
 use crate::geometry::TraversalCounters;
 use crate::numeric::math;
 use crate::radiometry::Rgb;
+use crate::run::Progress;
 use crate::scene::Scene;
 use crate::transport::first_surface::Source;
 use crate::transport::scatter::Way;
 
 /// All that a photon's way depends on.
 pub struct Tracer<'a> {
+    /// The wish to stop: photons that have not set out then are left out.
+    pub progress: &'a Progress,
     /// The scene.
     pub scene: &'a Scene,
     /// What photons may land on.
@@ -56,7 +59,7 @@ impl Tracer<'_> {
     pub fn front(&self, at: DVec2, work: &mut Work) -> Result<Option<Front>, Loss> {
         work.photons += 1;
         let [low, high] = self.window;
-        if at.cmplt(low).any() || at.cmpgt(high).any() {
+        if at.cmplt(low).any() || at.cmpgt(high).any() || self.progress.is_stopped() {
             work.dropped += 1;
             return Ok(None);
         }

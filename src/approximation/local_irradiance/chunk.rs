@@ -140,7 +140,7 @@ fn form_bytes(form: &str) -> [u8; 32] {
 }
 
 /// Content with its header and its checksum.
-pub(super) fn sealed(key: &Key, content: &[u8]) -> Vec<u8> {
+pub fn sealed(key: &Key, content: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(HEADER + content.len() + HASH);
     bytes.extend(MAGIC);
     bytes.extend(VERSION.to_le_bytes());

@@ -1,8 +1,7 @@
 //! Images rendered elsewhere: checked, and copied beside the films that they are shown with.
 
-use anyhow::Context;
-
-use crate::film::{atomic, exr};
+use crate::film::atomic;
+use crate::film::exr::{self, ExrReadError};
 use crate::metric::{self, CompareImage};
 use crate::study::report::JudgedFilm;
 use crate::study::store::file_name;
@@ -18,7 +17,12 @@ pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<J
     let expected = [film.crop.width as usize, film.crop.height as usize];
     let mut judged = Vec::new();
     for (i, candidate) in plan.candidates.iter().enumerate() {
-        let image = exr::read(&candidate.file)?;
+        // Once: what is judged is what is copied, even if the file changes or vanishes now.
+        let bytes = std::fs::read(&candidate.file).map_err(|error| ExrReadError {
+            path: candidate.file.clone(),
+            message: error.to_string(),
+        })?;
+        let image = exr::parse(&candidate.file, &bytes)?;
         let size = [image.width, image.height];
         if size != expected {
             let is_turned = size == [expected[1], expected[0]];
@@ -52,8 +56,6 @@ pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<J
                 candidate.name
             ))
         );
-        let bytes =
-            std::fs::read(&candidate.file).with_context(|| candidate.file.display().to_string())?;
         atomic::write(&session.store.path(&name), |file| {
             std::io::Write::write_all(file, &bytes)
         })?;

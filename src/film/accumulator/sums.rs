@@ -323,7 +323,11 @@ impl Accumulator {
     }
 
     /// Refuses sums that do not have the same meaning as these.
-    fn check_like(&self, other: &Self) -> Result<(), AccumulatorError> {
+    ///
+    /// # Errors
+    ///
+    /// If texels, channels or scale differ.
+    pub fn check_like(&self, other: &Self) -> Result<(), AccumulatorError> {
         let layout = |a: &Self| {
             [
                 ("texels", a.texels.to_string()),

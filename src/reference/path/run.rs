@@ -97,6 +97,7 @@ impl<'a> Setup<'a> {
             first: 1,
             most,
             hopeless: DEFAULT_SAMPLES.div_ceil(u64::from(replicates)),
+            is_in_one: true,
         };
         let incomplete = schedule.spend(&mut run)?;
         let report = PathReport {

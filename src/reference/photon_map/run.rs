@@ -17,7 +17,8 @@ use crate::scene::{Scene, Sensor};
 impl Setup<'_> {
     /// Spends the budget and delivers the estimate, and the report on its bias.
     ///
-    /// The unit of a round is a pass: one map for each replicate. Radii go on shrinking from round to round.
+    /// The unit of a round is a pass: one map for each replicate. Radii go on shrinking from round to round. A run
+    /// that is stopped has the rounds before, at least half of what was gathered.
     ///
     /// # Errors
     ///
@@ -41,6 +42,8 @@ impl Setup<'_> {
             first: 1,
             most: (photons / each_pass).max(1),
             hopeless: DEFAULT_PHOTONS.div_ceil(each_pass),
+            // A round that is stopped is lost, and the first replicate of one round would be most of the run.
+            is_in_one: false,
         };
         schedule.spend(&mut run)?;
         let is_empty = run.rounds.passes() == 0 && !self.light.is_empty();

@@ -10,14 +10,16 @@
 
 use rayon::prelude::*;
 
+use super::bounds::{Bounds, largest_possible};
 use super::layers::LayerMap;
 use super::sums::RoundSums;
+use super::weights::Largest;
 use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::reference::Target;
 use crate::run::estimate::relative_error;
-use crate::run::{Estimate, Layer, LayerName};
+use crate::run::{Estimate, Interval, Layer, LayerName};
 use crate::transport::direct::Direct;
 use crate::transport::ledger::{FluxByFate, Ledger};
 use crate::transport::signature::Signature;
@@ -76,7 +78,27 @@ impl Weighted {
                 .map(|texel| self.variance[texel].map(f64::sqrt) * per_measure(texel))
                 .collect(),
             interval: None,
+            sampling: None,
         }
+    }
+
+    /// Bounds of a layer that hold for few photons, by the target's measure: `counts` are contributions of all
+    /// layers, and `largest` is the largest that this one may get.
+    fn sampling(
+        &self,
+        bounds: &Bounds,
+        counts: &[u64],
+        largest: Rgb,
+        per_measure: &[f64],
+    ) -> Interval {
+        let ends = bounds.of_texels(&self.flux, &self.variance, counts, largest);
+        let [low, high] = ends.map(|mut end| {
+            for (bound, factor) in end.iter_mut().zip(per_measure) {
+                *bound = *bound * *factor;
+            }
+            end
+        });
+        Interval { low, high }
     }
 }
 
@@ -111,6 +133,10 @@ pub struct Rounds {
     ledger: Ledger,
     counters: TraversalCounters,
     paths: u64,
+    /// The largest contributions of each layer, in photons times flux.
+    largest: Vec<Largest>,
+    /// The fewest of a round; 0 before any.
+    replicates: u32,
 }
 
 impl Rounds {
@@ -123,6 +149,8 @@ impl Rounds {
             ledger: Ledger::default(),
             counters: TraversalCounters::default(),
             paths: 0,
+            largest: vec![Largest::NONE; map.len()],
+            replicates: 0,
         }
     }
 
@@ -151,6 +179,17 @@ impl Rounds {
             &sums.ledger.ledger(map, replicates),
             weight,
         );
+        // A contribution of a replicate is divided among them, and the round counts by its photons.
+        let largest = sums
+            .weights
+            .largest(sums.total.scale(), sums.photons as f64);
+        for (largest, of_round) in self.largest.iter_mut().zip(&largest) {
+            largest.with(of_round);
+        }
+        self.replicates = match self.replicates {
+            0 => replicates,
+            fewest => fewest.min(replicates),
+        };
         self.counters += sums.counters;
         self.paths += photons;
     }
@@ -172,20 +211,43 @@ impl Rounds {
         let unmeasured = self.paths == 0 && incomplete;
         let relative_error = self.relative_error();
         let weight = (self.paths as f64).max(1.0);
+        // What a texel without surface gets is zero, as its irradiance is.
+        let per_measure: Vec<f64> = (0..self.counts.len())
+            .map(|texel| match target.measure(texel) {
+                0.0 => 0.0,
+                measure => 1.0 / (weight * measure),
+            })
+            .collect();
+        let bounds = Bounds::new(self.replicates);
+        let mut all = Largest::NONE;
+        for layer in &self.largest {
+            all.with(layer);
+        }
+        let is_camera = matches!(target, Target::Camera { .. });
+        let sampling = |weighted: &Weighted, largest: &Largest| {
+            let largest = largest_possible(largest, &all, is_camera);
+            Some(weighted.sampling(&bounds, &self.counts, largest, &per_measure))
+        };
         let mut layers = Vec::new();
         let names = map
             .signatures()
             .iter()
             .map(|signature| LayerName::Path(*signature))
             .chain([LayerName::Other]);
-        for (name, weighted) in names.zip(&self.layers) {
+        for ((name, weighted), largest) in names.zip(&self.layers).zip(&self.largest) {
             // In most scenes all paths have layers, and nothing is left over.
             let is_empty = weighted.flux.iter().all(|flux| flux.is_black());
             if !(name == LayerName::Other && is_empty) {
-                layers.push(weighted.layer(name, weight, target));
+                layers.push(Layer {
+                    sampling: sampling(weighted, largest),
+                    ..weighted.layer(name, weight, target)
+                });
             }
         }
-        let mut total = self.total.layer(LayerName::Total, weight, target);
+        let mut total = Layer {
+            sampling: sampling(&self.total, &all),
+            ..self.total.layer(LayerName::Total, weight, target)
+        };
         if unmeasured {
             for layer in layers.iter_mut().chain([&mut total]) {
                 layer.make_unknown();
@@ -193,11 +255,18 @@ impl Rounds {
         }
         let mut counters = self.counters;
         if let Some(direct) = direct {
+            let ends = direct.texels.iter().map(|texel| {
+                let of = |c: usize| bounds.of_normal(texel.irradiance.0[c], texel.error.0[c]);
+                let ends: [[f64; 2]; 3] = std::array::from_fn(of);
+                (Rgb(ends.map(|it| it[0])), Rgb(ends.map(|it| it[1])))
+            });
+            let (low, high) = ends.unzip();
             let direct_layer = Layer {
                 name: LayerName::Path(Signature::DIRECT),
                 values: direct.texels.iter().map(|texel| texel.irradiance).collect(),
                 standard_error: direct.texels.iter().map(|texel| texel.error).collect(),
                 interval: None,
+                sampling: Some(Interval { low, high }),
             };
             total.add(&direct_layer);
             layers.insert(0, direct_layer);

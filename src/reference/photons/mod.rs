@@ -5,13 +5,14 @@
 //! the texel, which is the very quantity wanted, so there is no bias. The sample points are
 //! Owen-scrambled Sobol' points or plain random ones; the whole estimate is repeated with
 //! independent randomisations ("replicates"), and their scatter gives each texel's standard
-//! error, for both kinds of points alike.
+//! error, for both kinds of points alike. [`bounds`] hold where few photons arrived, or none.
 //!
 //! One file a step: [`mod@run`] spends the budget in rounds, [`replicate`] traces one
 //! randomisation, [`layers`] gives path signatures their layers, [`sums`] keeps exact sums of
-//! a round, [`finish`] turns them into an [`Estimate`](crate::run::Estimate), and [`shard`] carries
+//! a round, [`weights`] the largest contributions, [`finish`] turns them into an [`Estimate`](crate::run::Estimate), and [`shard`] carries
 //! them from machine to machine.
 
+pub mod bounds;
 pub mod finish;
 pub mod layers;
 pub mod replicate;
@@ -19,6 +20,7 @@ pub mod run;
 pub mod settings;
 pub mod shard;
 pub mod sums;
+pub mod weights;
 
 pub use run::run;
 pub use settings::{DEFAULT_PHOTONS, PhotonSettings, Shard};

@@ -122,6 +122,7 @@ impl<'a> Setup<'a> {
             first: FIRST_ROUND_PHOTONS,
             most,
             hopeless: DEFAULT_PHOTONS.div_ceil(u64::from(replicates)),
+            is_in_one: true,
         };
         let incomplete = schedule.spend(&mut run)?;
         // A budget too small for a single replicate leaves no estimate at all.

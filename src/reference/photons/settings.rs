@@ -55,6 +55,15 @@ impl Shard {
     /// The whole run.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
+    /// Number of a run's replicates that the shard traces.
+    pub fn replicates(&self, all: u32) -> u32 {
+        if all > self.index {
+            (all - 1 - self.index) / self.count + 1
+        } else {
+            0
+        }
+    }
+
     /// True if the shard traces this replicate.
     pub fn holds(&self, replicate: u32) -> bool {
         replicate % self.count == self.index

@@ -3,7 +3,7 @@
 //! A shard traces every n-th replicate. Its file holds the integer sums, so merging the shards of a run gives
 //! the very bits of the run in one piece.
 //!
-//! A file has the line `nephroid shard 1`, one line of JSON (`Header`), then the accumulators.
+//! A file has the line `nephroid shard 2`, one line of JSON (`Header`), then the accumulators.
 
 use std::io::{self, BufRead, Read, Write};
 
@@ -13,12 +13,13 @@ use super::finish::Rounds;
 use super::run::Setup;
 use super::settings::{DEFAULT_PHOTONS, Shard};
 use super::sums::{LedgerSums, RoundSums};
+use super::weights::Weights;
 use crate::film::{Accumulator, AccumulatorError};
 use crate::geometry::TraversalCounters;
 use crate::run::{Budget, Error, Estimate, Refusal};
 
 /// The first line of a shard file, version included.
-const MAGIC: &str = "nephroid shard 1";
+const MAGIC: &str = "nephroid shard 2";
 
 /// Longest header line that is read, in bytes. A thousand layers need a tenth of it.
 const MAX_HEADER: u64 = 1 << 22;
@@ -32,6 +33,7 @@ struct Header {
     counters: TraversalCounters,
     /// Integers as decimal text, since JSON's numbers are too short.
     ledger: Vec<String>,
+    weights: Weights,
 }
 
 /// Everything that must be the same in all shards of a run.
@@ -209,6 +211,72 @@ fn compare(left: &RunIdentity, right: &RunIdentity) -> Result<(), ShardError> {
     })
 }
 
+/// Refuses sums that are not those of the run and the shard that a header names: whoever merges them takes
+/// them at the header's word.
+fn check_sums(
+    header: &Header,
+    total: &Accumulator,
+    layers: &[Accumulator],
+) -> Result<(), ShardError> {
+    let wrong = |message: String| Err(ShardError::Malformed(message));
+    let Header { run, shard, .. } = header;
+    if shard.index >= shard.count {
+        return wrong(format!(
+            "it is part {} of {}: allowed are 0 to {}",
+            shard.index,
+            shard.count,
+            i64::from(shard.count) - 1
+        ));
+    }
+    if total.texels() != run.texels {
+        return wrong(format!(
+            "its sums have {} texels, and its header says {}",
+            total.texels(),
+            run.texels
+        ));
+    }
+    let replicates = shard.replicates(run.replicates);
+    if total.replicates() != replicates {
+        return wrong(format!(
+            "its sums have {} replicates: of {} in {} parts, part {} has {replicates}",
+            total.replicates(),
+            run.replicates,
+            shard.count,
+            shard.index
+        ));
+    }
+    if run
+        .photons_each
+        .checked_mul(u64::from(run.replicates))
+        .is_none()
+    {
+        return wrong(format!(
+            "it claims {} replicates of {} photons: allowed are up to 2^64 in all",
+            run.replicates, run.photons_each
+        ));
+    }
+    if total.count(0).is_none() && run.texels > 0 {
+        return wrong("its sums of all light lack counts".to_owned());
+    }
+    if header.weights.layers.len() != layers.len() {
+        return wrong(format!(
+            "it has the largest contributions of {} layers, and sums of {}",
+            header.weights.layers.len(),
+            layers.len()
+        ));
+    }
+    for layer in layers {
+        total.check_like(layer)?;
+        if layer.replicates() != replicates {
+            return wrong(format!(
+                "a layer has {} replicates, and all light {replicates}",
+                layer.replicates()
+            ));
+        }
+    }
+    Ok(())
+}
+
 impl Part {
     /// Writes the shard.
     ///
@@ -221,6 +289,7 @@ impl Part {
             shard: self.shard,
             counters: self.sums.counters,
             ledger: self.sums.ledger.numbers().map(|n| n.to_string()).collect(),
+            weights: self.sums.weights.clone(),
         };
         let header = serde_json::to_string(&header)
             .map_err(|error| ShardError::Malformed(error.to_string()))?;
@@ -262,14 +331,16 @@ impl Part {
         let layers: Vec<Accumulator> = (0..=header.run.layers.len())
             .map(|_| Accumulator::read_from(&mut reader))
             .collect::<Result<_, _>>()?;
-        let numbers = header.ledger.iter().map_while(|text| text.parse().ok());
+        // Flux ends once, in 2⁶³ quanta a replicate at most, and there are up to 2³² replicates: an honest sum
+        // stays below 2⁹⁵. Sums of 2²⁷ shards below 2¹⁰⁰ do not overflow.
+        let possible = |number: &i128| number.unsigned_abs() < 1 << 100;
+        let numbers = header
+            .ledger
+            .iter()
+            .map_while(|text| text.parse().ok().filter(possible));
         let ledger = LedgerSums::from_numbers(total.scale(), layers.len() + 1, numbers)
             .ok_or_else(|| ShardError::Malformed("its ledger is damaged".to_owned()))?;
-        if total.texels() != header.run.texels || header.shard.index >= header.shard.count {
-            return Err(ShardError::Malformed(
-                "its header contradicts its sums".to_owned(),
-            ));
-        }
+        check_sums(&header, &total, &layers)?;
         let photons = header.run.photons_each;
         Ok(Self {
             run: header.run,
@@ -278,6 +349,7 @@ impl Part {
                 layers,
                 total,
                 ledger,
+                weights: header.weights,
                 counters: header.counters,
                 photons,
             },

@@ -2,6 +2,7 @@
 
 use super::layers::LayerMap;
 use super::replicate::{Job, Recipient};
+use super::weights::Weights;
 use crate::film::{Accumulator, AccumulatorError};
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
@@ -26,6 +27,8 @@ pub struct RoundSums {
     pub total: Accumulator,
     /// Flux \[W\] by fate.
     pub ledger: LedgerSums,
+    /// The largest contributions.
+    pub weights: Weights,
     /// Work done.
     pub counters: TraversalCounters,
     /// Photons of each replicate.
@@ -47,6 +50,7 @@ impl RoundSums {
             layers: (0..map.len()).map(|_| accumulator()).collect(),
             total: accumulator().with_counts(),
             ledger: LedgerSums::new(scale, map.len() + 1),
+            weights: Weights::new(map.len()),
             counters: TraversalCounters::default(),
             photons,
         }
@@ -90,6 +94,7 @@ impl RoundSums {
             scale: self.total.scale(),
             kept: Vec::with_capacity(KEPT_DEPOSITS),
             ledger: TaskLedger::new(map.len() + 1),
+            weights: Weights::new(map.len()),
             refused: 0,
             example: Signature::DIRECT,
         });
@@ -109,6 +114,7 @@ impl RoundSums {
         for task in tasks {
             self.counters += task.counters;
             self.ledger.add(&task.recipient.ledger);
+            self.weights.merge(&task.recipient.weights);
         }
         for layer in &mut self.layers {
             self.total.deposit_all(layer)?;
@@ -129,6 +135,7 @@ impl RoundSums {
         }
         self.total.merge(&other.total)?;
         self.ledger.merge(&other.ledger);
+        self.weights.merge(&other.weights);
         self.counters += other.counters;
         Ok(())
     }
@@ -157,6 +164,7 @@ struct Tally<'a, const N: usize> {
     scale: FixedPoint,
     kept: Vec<Deposit<N>>,
     ledger: TaskLedger<N>,
+    weights: Weights,
     refused: u64,
     example: Signature,
 }
@@ -196,6 +204,7 @@ impl<const N: usize> Tally<'_, N> {
         if self.kept.len() == KEPT_DEPOSITS {
             self.write();
         }
+        self.weights.count(layer, quanta);
         self.kept.push(Deposit {
             layer: layer as u32,
             texel: texel as u32,
@@ -219,6 +228,7 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
     #[inline]
     fn emitted(&mut self, flux: Flux<N>) {
         let quanta = self.quantise(Signature::DIRECT, flux);
+        self.weights.start(quanta);
         add(&mut self.ledger.emitted, quanta);
     }
 

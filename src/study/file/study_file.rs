@@ -1,6 +1,8 @@
 //! The contents of a `study.toml`, key by key.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -84,9 +86,9 @@ impl StudyFile {
     ///
     /// # Errors
     ///
-    /// If it is missing, is no TOML, or has a key or a value that it cannot have.
+    /// If it is missing, longer than a MiB, no TOML, or has a key or a value that it cannot have.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let contents = std::fs::read_to_string(path).map_err(|cause| FileError::Read {
+        let contents = contents(path).map_err(|cause| FileError::Read {
             path: path.to_owned(),
             cause,
         })?;
@@ -125,6 +127,22 @@ impl StudyFile {
         table.finish()?;
         Ok(study)
     }
+}
+
+/// Most bytes of a study's file. Errors name their places, so it is read whole.
+const LONGEST: u64 = 1 << 20;
+
+/// Most runs of all methods of a study: nobody means more, and a line of text can ask for a thousand.
+const MOST_RUNS: usize = 10_000;
+
+fn contents(path: &Path) -> io::Result<String> {
+    let mut contents = String::new();
+    let mut file = File::open(path)?.take(LONGEST + 1);
+    if file.read_to_string(&mut contents)? as u64 > LONGEST {
+        let message = format!("it has more than {LONGEST} bytes, which no study needs");
+        return Err(io::Error::other(message));
+    }
+    Ok(contents)
 }
 
 fn define(table: &mut TomlTable) -> Result<Vec<(String, String)>, FileError> {
@@ -223,10 +241,17 @@ fn methods(table: &mut TomlTable) -> Result<Vec<StudyMethod>, FileError> {
     let Some(node) = table.take("method") else {
         return Ok(Vec::new());
     };
-    node.tables("[[method]]")?
-        .into_iter()
-        .map(sweep::method)
-        .collect()
+    let mut methods: Vec<StudyMethod> = Vec::new();
+    let mut runs = 0;
+    for table in node.tables("[[method]]")? {
+        let method = sweep::method(table)?;
+        runs += method.settings.len();
+        if runs > MOST_RUNS {
+            return Err(node.error(format!("more than {MOST_RUNS} runs of all methods")));
+        }
+        methods.push(method);
+    }
+    Ok(methods)
 }
 
 fn candidates(table: &mut TomlTable, folder: &Path) -> Result<Vec<StudyCandidate>, FileError> {

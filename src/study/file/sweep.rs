@@ -134,12 +134,12 @@ pub fn poses(node: &TomlNode) -> Result<Vec<Given>, FileError> {
     let mut all = Vec::new();
     for table in &tables {
         all.extend(products(table, "poses", |_, _| Ok(()))?);
+        if all.len() > MOST {
+            return Err(node.error(format!("more than {MOST} poses")));
+        }
     }
     if all.is_empty() || all.iter().any(Given::is_empty) {
         return Err(node.error("poses have parameters of the scene: { azimuth = [30, 60] }"));
-    }
-    if all.len() > MOST {
-        return Err(node.error(format!("more than {MOST} poses")));
     }
     Ok(all)
 }

@@ -2,6 +2,8 @@
 
 #![cfg(unix)]
 
+mod faults;
+mod kills;
 #[cfg(target_os = "linux")]
 mod memory;
 mod program;

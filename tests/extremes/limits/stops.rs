@@ -71,7 +71,15 @@ pub fn interrupt(child: &mut Child) {
 /// reads, surveys, traces, goes from pass to pass.
 pub const MOMENTS: [u64; 8] = [0, 3, 10, 30, 100, 300, 700, 1500];
 
-const ENDLESS: [&[&str]; 4] = [
+const ENDLESS: [&[&str]; 5] = [
+    &[
+        "--method",
+        "caustic-map",
+        "--set",
+        "photons=2048",
+        "--set",
+        "frames=4096",
+    ],
     &["--method", "beams", "--error", "0.0001%"],
     PHOTONS,
     &["--method", "path", "--sensor", "camera"],

@@ -1,0 +1,4 @@
+//! No bytes make the reader of `shard` panic: see `entries.rs`.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| nephroid_fuzz::enter("shard", bytes));

@@ -1,0 +1,212 @@
+//! Bounds by few photons hold as often as they promise, texels that no photon reached included.
+
+use nephroid::internals::numeric::distributions::chi_squared_survival;
+use nephroid::internals::reference::closed_form::{GlassBall, KnownPath, TexelGrid};
+use nephroid::internals::reference::photons::bounds::{Bounds, CONFIDENCE, Sum};
+
+use crate::support::scenes::layer;
+use crate::support::{Photons, bundled, student};
+
+/// The most misses of `trials` at the stated confidence: four standard deviations of a binomial number.
+fn most_misses(trials: f64) -> f64 {
+    let expected = (1.0 - CONFIDENCE) * trials;
+    expected + 4.0 * expected.sqrt()
+}
+
+/// Of equal weights the bounds are Garwood's of a Poisson mean, which are exact: high is the mean at which n or
+/// fewer have the probability α/2, low that at which n or more have it. The formula for quantiles may only be too
+/// wide.
+#[test]
+fn bounds_of_equal_weights_are_no_narrower_than_the_exact_ones() {
+    let bounds = Bounds::new(1 << 20);
+    let tail = 0.5 * (1.0 - CONFIDENCE);
+    for n in (0_u32..200).chain([1000, 10_000]) {
+        let total = f64::from(n);
+        let [low, high] = bounds.of(&Sum {
+            total,
+            variance: total,
+            contributions: u64::from(n),
+            largest: 1.0,
+        });
+        // P(N ≤ n; μ) = Q(n + 1, μ), of which the survival function of χ² with 2 (n + 1) degrees is made.
+        let above = chi_squared_survival(2.0 * high, 2.0 * (total + 1.0));
+        assert!(above <= tail * (1.0 + 1e-9), "{n}: {high}, {above}");
+        assert!(low <= total && total <= high, "{n}: {low}, {high}");
+        if n > 0 {
+            let below = 1.0 - chi_squared_survival(2.0 * low, 2.0 * total);
+            assert!(below <= tail * (1.0 + 1e-9), "{n}: {low}, {below}");
+        }
+        // And not much wider: the mean that has half of that probability is beyond.
+        let wider = chi_squared_survival(2.0 * 1.05 * high, 2.0 * (total + 1.0));
+        assert!(wider < 0.75 * tail, "{n}: {wider}");
+        let exact = (2.0 / (1.0 - CONFIDENCE)).ln();
+        if n == 0 {
+            assert!((exact..1.04 * exact).contains(&high), "{high} of {exact}");
+        }
+    }
+}
+
+/// SplitMix64 (Steele et al. 2014).
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A Poisson number, as arrivals of one process in a time.
+    fn arrivals(&mut self, mean: f64) -> u64 {
+        let (mut time, mut n) = (0.0, 0);
+        loop {
+            time -= (1.0 - self.unit()).ln();
+            if time > mean {
+                return n;
+            }
+            n += 1;
+        }
+    }
+}
+
+/// Compound Poisson sums of known mean: equal weights, weights from 0 to the largest, and few that are 25 times as
+/// large as the many, as where glass reflects and transmits.
+#[test]
+fn bounds_cover_sums_of_any_number_of_contributions() {
+    const REPLICATES: usize = 32;
+    const TRIALS: usize = 20_000;
+    let bounds = Bounds::new(REPLICATES as u32);
+    type Weight = fn(&mut Random) -> f64;
+    let weights: [(&str, f64, Weight); 3] = [
+        ("equal", 1.0, |_| 1.0),
+        ("even", 0.5, |random| random.unit()),
+        ("mixed", 0.088, |random| {
+            if random.unit() < 0.05 { 1.0 } else { 0.04 }
+        }),
+    ];
+    let mut random = Random(1);
+    for (name, mean, weight) in weights {
+        for expected in [0.01, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 160.0, 500.0] {
+            let mut misses = [0; 2];
+            for _ in 0..TRIALS {
+                let n = random.arrivals(expected);
+                let mut sums = [0.0; REPLICATES];
+                for _ in 0..n {
+                    let replicate = (random.unit() * REPLICATES as f64) as usize;
+                    sums[replicate] += weight(&mut random);
+                }
+                let total: f64 = sums.iter().sum();
+                let squares: f64 = sums.iter().map(|sum| sum * sum).sum();
+                let r = REPLICATES as f64;
+                let [low, high] = bounds.of(&Sum {
+                    total,
+                    variance: (squares - total * total / r) * r / (r - 1.0),
+                    contributions: n,
+                    largest: 1.0,
+                });
+                misses[0] += u32::from(mean * expected < low);
+                misses[1] += u32::from(mean * expected > high);
+            }
+            let all = f64::from(misses[0] + misses[1]);
+            println!("{name}, {expected} expected: {misses:?} of {TRIALS} below and above");
+            assert!(
+                all <= most_misses(TRIALS as f64),
+                "{name}, {expected}: {misses:?}"
+            );
+        }
+    }
+}
+
+/// A glass ball's caustic at so few photons that most texels have none, and at many; the truth is a closed form.
+#[test]
+fn bounds_cover_the_closed_form_in_texels_of_any_brightness() {
+    const SIDE: usize = 48;
+    const SEEDS: u64 = 16;
+    let scene = bundled("glass-ball", SIDE);
+    let path = KnownPath::Through(0);
+    let truth = GlassBall::SHIPPED
+        .sheet(path)
+        .map(&TexelGrid::square(2.0, SIDE));
+    // By the number of photons of all layers that a texel gets on average: none, ..., many.
+    let mut classes = [[0.0_f64; 2]; 6];
+    let class = |expected: f64| match expected {
+        0.0 => 0,
+        it if it <= 0.3 => 1,
+        it if it <= 3.0 => 2,
+        it if it <= 30.0 => 3,
+        it if it <= 300.0 => 4,
+        _ => 5,
+    };
+    let mut dark = 0;
+    for photons in [1 << 11, 1 << 14, 1 << 18] {
+        let runs: Vec<_> = (0..SEEDS)
+            .map(|seed| Photons::new(photons).seed(100 + seed).estimate(&scene))
+            .collect();
+        for texel in 0..truth.len() {
+            let counts: u64 = runs.iter().map(|run| run.counts[texel]).sum();
+            let class = &mut classes[class(counts as f64 / SEEDS as f64)];
+            for run in &runs {
+                let layer = run
+                    .layers
+                    .iter()
+                    .find(|layer| layer.name.to_string() == path.signature())
+                    .unwrap();
+                let bounds = layer.sampling.as_ref().unwrap();
+                let [low, high] = [bounds.low[texel].0[0], bounds.high[texel].0[0]];
+                let value = layer.values[texel].0[0];
+                assert!(low <= value && value <= high);
+                // Nothing is known to be dark: not 0 ± 0.
+                assert!(high > 0.0);
+                dark += u32::from(truth[texel] > 0.0 && value == 0.0);
+                class[0] += 1.0;
+                class[1] += f64::from(u8::from(truth[texel] < low || truth[texel] > high));
+            }
+        }
+    }
+    println!("{dark} lit texels that no photon reached");
+    assert!(dark > 1000);
+    for (name, [texels, misses]) in [
+        "no photon",
+        "up to 0.3",
+        "up to 3",
+        "up to 30",
+        "up to 300",
+        "more",
+    ]
+    .iter()
+    .zip(classes)
+    {
+        println!("{name}: {misses} of {texels} texels are not covered");
+        assert!(texels >= 1000.0, "{name}");
+        assert!(misses <= most_misses(texels), "{name}");
+    }
+}
+
+/// Where photons are many, bounds are as wide as the standard error's interval of the same confidence.
+#[test]
+fn bounds_of_many_photons_are_those_of_the_standard_error() {
+    let scene = bundled("glass-ball", 16);
+    let estimate = Photons::new(1 << 20).seed(3).estimate(&scene);
+    let (values, errors) = layer(&estimate, "LTTD", 0);
+    let found = estimate
+        .layers
+        .iter()
+        .find(|it| it.name.to_string() == "LTTD")
+        .unwrap();
+    let bounds = found.sampling.as_ref().unwrap();
+    let quantile = student::two_sided_quantile(1.0 - CONFIDENCE, 31);
+    let mut judged = 0;
+    for texel in 0..values.len() {
+        if estimate.counts[texel] < 20_000 {
+            continue;
+        }
+        judged += 1;
+        let width = 0.5 * (bounds.high[texel].0[0] - bounds.low[texel].0[0]);
+        let ratio = width / (quantile * errors[texel]);
+        // One more photon, of 20,000.
+        assert!((0.999..1.02).contains(&ratio), "{ratio}");
+    }
+    assert!(judged >= 4, "{judged}");
+}
