@@ -1,6 +1,6 @@
 //! The values of a scene's textures at a place of a surface.
 
-use glam::DVec2;
+use glam::{DMat3, DVec2};
 
 use super::{Color, Scalar, Scene, Texture, TextureId, luminance};
 use crate::geometry::{Hit, Mesh, Shape, SurfacePoint};
@@ -46,7 +46,15 @@ impl Scene {
     pub fn scalar(&self, scalar: Scalar, at: &TexturePoint) -> f64 {
         match scalar {
             Scalar::Constant(number) => number,
-            Scalar::Texture(id) => luminance(self.texture_value(id, at)),
+            Scalar::Texture(id) => match self.texture(id) {
+                // As in Mitsuba 3.9: its `eval_1` has color1 where its `eval` has color0.
+                Texture::Checkerboard {
+                    color0,
+                    color1,
+                    to_uv,
+                } => luminance(checkered([*color1, *color0], *to_uv, at.uv)),
+                _ => luminance(self.texture_value(id, at)),
+            },
         }
     }
 
@@ -59,15 +67,7 @@ impl Scene {
                 color0,
                 color1,
                 to_uv,
-            } => {
-                let uv = to_uv.transform_point2(at.uv);
-                let first_half = |x: f64| x - x.floor() < 0.5;
-                if first_half(uv.x) == first_half(uv.y) {
-                    *color0
-                } else {
-                    *color1
-                }
-            }
+            } => checkered([*color0, *color1], *to_uv, at.uv),
             Texture::MeshAttribute { name, scale } => at
                 .mesh
                 .and_then(|(mesh, face, weights)| mesh.attribute(name, face, weights))
@@ -85,6 +85,54 @@ impl Scene {
                 self.texture_gradient(*nested, at) * scale.0[0]
             }
             _ => DVec2::ZERO,
+        }
+    }
+}
+
+/// The first of two colours where u and v are in the same half of the unit interval, else the second.
+fn checkered([same, other]: [Rgb; 2], to_uv: DMat3, uv: DVec2) -> Rgb {
+    let uv = to_uv.transform_point2(uv);
+    let first_half = |x: f64| x - x.floor() < 0.5;
+    if first_half(uv.x) == first_half(uv.y) {
+        same
+    } else {
+        other
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Material;
+
+    #[test]
+    fn a_checkerboard_as_a_number_has_its_colours_swapped_as_in_mitsuba() {
+        let text = r#"<scene version="3.0.0"><shape type="rectangle"><bsdf type="mask">
+            <texture name="opacity" type="checkerboard">
+                <float name="color0" value="0.1"/><float name="color1" value="0.9"/></texture>
+            <bsdf type="diffuse"/></bsdf></shape></scene>"#;
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("checkered.xml");
+        std::fs::write(&file, text).unwrap();
+        let scene = crate::mitsuba::load(&file, &[]).unwrap();
+        let scalars = scene.materials().iter().flat_map(Material::scalars);
+        let opacity = scalars.into_iter().next().unwrap();
+        // Mitsuba 3.9.1: t.eval(si) is 0.1, 0.9, 0.9, 0.1 there, and t.eval_1(si) 0.9, 0.1, 0.1, 0.9.
+        let places = [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)];
+        for ((u, v), [as_number, as_colour]) in
+            places
+                .into_iter()
+                .zip([[0.9, 0.1], [0.1, 0.9], [0.1, 0.9], [0.9, 0.1]])
+        {
+            let at = TexturePoint {
+                uv: DVec2::new(u, v),
+                mesh: None,
+            };
+            assert!((scene.scalar(opacity, &at) - as_number).abs() < 1e-15);
+            let Scalar::Texture(id) = opacity else {
+                panic!("{opacity:?}");
+            };
+            assert_eq!(scene.texture_value(id, &at), Rgb::grey(as_colour));
         }
     }
 }
