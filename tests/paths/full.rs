@@ -498,3 +498,34 @@ fn each_method_has_its_own_limit_and_its_part_of_the_time() {
             .all(|part| part.paths > 0 && !part.incomplete)
     );
 }
+
+#[test]
+fn what_ends_nothing_in_its_time_gives_way_to_what_does() {
+    // Beams follow all of a bumpy body's chains before they know anything, and that takes minutes.
+    let scene = nephroid::load(
+        "scenes/turntable-bumpy.xml".as_ref(),
+        &[("width", "24"), ("height", "18")],
+    )
+    .unwrap();
+    let view = scene.sensors().iter().find(|one| one.is_camera()).unwrap();
+    let budget = Budget {
+        time: Some(Duration::from_secs(3)),
+        ..Budget::default()
+    };
+    let progress = Progress::default();
+    let (estimate, report) =
+        run(&scene, view, FullSettings::default(), &budget, &progress).unwrap();
+    assert!(!estimate.total.is_unknown(), "{report:?}");
+    for layer in &estimate.layers {
+        assert!(
+            layer.values.iter().all(|value| value.is_finite()),
+            "{}",
+            layer.name
+        );
+    }
+    let by = |finder| report.parts.iter().any(|part| part.method == finder);
+    let told = "caustic: beams ended nothing in its share of the time: it is measured by photons";
+    let is_told = report.notices.iter().any(|one| one.starts_with(told));
+    assert_eq!(by(Finder::Photons), is_told, "{:?}", report.notices);
+    assert_ne!(by(Finder::Photons), by(Finder::Beams));
+}

@@ -7,7 +7,7 @@ use super::settings::FullSettings;
 use crate::reference::beams::{self, BeamReport};
 use crate::reference::path::{self, PathReport, PathSettings};
 use crate::reference::photon_map::finish::CONFIDENCE;
-use crate::reference::photon_map::{self, PhotonMapReport};
+use crate::reference::photon_map::{self, PhotonMapReport, PhotonMapSettings};
 use crate::reference::photons;
 use crate::run::{Budget, Error, Estimate, Layer, LayerName, Progress, Refusal};
 use crate::scene::{Scene, Sensor};
@@ -58,6 +58,14 @@ pub enum PartDetail {
 
 /// A part measured: its light with bounds, a layer a class.
 type Part = (Estimate, PartDetail);
+
+/// The share of a part's time after which its second way begins, if the first knows nothing by then. A first way
+/// that does know something keeps what it has, and the rest of its time is the next parts'.
+const FIRST_WAY: f64 = 0.6;
+
+/// Photons of a map in the second way. It takes the fewest replicates that have a scatter worth its name.
+const SMALL_MAP: u64 = 1 << 10;
+const FEW_REPLICATES: u32 = 4;
 
 /// A run of all methods.
 struct Run<'a> {
@@ -111,13 +119,23 @@ pub fn run(
     for (number, (finder, class)) in light.iter().copied().enumerate() {
         progress.begin_part();
         let time = share(light.len() + 1 - number);
+        let first = time.map(|time| time.mul_f64(FIRST_WAY));
         let part = match finder {
-            Finder::Beams => run.by_beams(class, time)?,
+            Finder::Beams => run.by_beams(class, first)?,
             Finder::Photons => run.by_photons(class, time)?,
-            Finder::PhotonMap => run.by_photon_maps(class, time)?,
+            Finder::PhotonMap => run.by_photon_maps(run.settings.map_of(class), class, first)?,
             Finder::Path => continue,
         };
         let classes = PathClasses::NONE.with(class);
+        let (finder, part) = match time {
+            Some(time) if part.0.total.is_unknown() && !progress.is_stopped() => {
+                let (notice, second, part) =
+                    run.second_way(finder, class, time.mul_f64(1.0 - FIRST_WAY))?;
+                report.notices.push(notice);
+                (second, part)
+            }
+            _ => (finder, part),
+        };
         followed.push(report.take(finder, classes, part));
     }
     progress.begin_part();
@@ -168,6 +186,34 @@ impl Run<'_> {
         Ok((estimate, PartDetail::Path(report)))
     }
 
+    /// The way that ends sooner, and knows less, with a notice.
+    fn second_way(
+        &self,
+        first: Finder,
+        class: PathClass,
+        time: Duration,
+    ) -> Result<(String, Finder, Part), Error> {
+        let (second, part, how) = if first == Finder::PhotonMap {
+            let mut settings = self.settings.map_of(class);
+            settings.map_photons = settings.map_photons.min(SMALL_MAP);
+            settings.photons.replicates = settings.photons.replicates.min(FEW_REPLICATES);
+            let part = self.by_photon_maps(settings, class, Some(time))?;
+            (
+                first,
+                part,
+                format!("by maps of {} photons", settings.map_photons),
+            )
+        } else {
+            let part = self.by_photons(class, Some(time))?;
+            (Finder::Photons, part, "by photons".to_owned())
+        };
+        let notice = format!(
+            "{class}: {} ended nothing in its share of the time: it is measured {how}, with a larger error",
+            first.name()
+        );
+        Ok((notice, second, part))
+    }
+
     fn by_beams(&self, class: PathClass, time: Option<Duration>) -> Result<Part, Error> {
         let budget = FullSettings::budget_of_beams(self.budget, time);
         let settings = self.settings.beams;
@@ -185,9 +231,13 @@ impl Run<'_> {
         Ok((estimate, PartDetail::Photons {}))
     }
 
-    fn by_photon_maps(&self, class: PathClass, time: Option<Duration>) -> Result<Part, Error> {
+    fn by_photon_maps(
+        &self,
+        settings: PhotonMapSettings,
+        class: PathClass,
+        time: Option<Duration>,
+    ) -> Result<Part, Error> {
         let budget = self.settings.budget_of_photons(self.budget, time);
-        let settings = self.settings.map_of(class);
         let (estimate, report) =
             photon_map::run(self.scene, self.sensor, settings, &budget, self.progress)?;
         Ok((as_class(estimate, class), PartDetail::PhotonMap(report)))
