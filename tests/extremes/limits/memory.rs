@@ -8,7 +8,9 @@ use nephroid::internals::generate::{WATER, height_field, write_ply};
 use nephroid::internals::geometry::MeshParts;
 use tempfile::TempDir;
 
-use super::program::{inspect, peak_memory, render, render_file, with_a_square_camera};
+use super::program::{
+    inspect, peak_memory, peak_or_refusal, render, render_file, with_a_square_camera,
+};
 
 /// Most memory \[bytes\] that a sensor's film takes, by `inspect`.
 fn said(scene: &Path, size: usize, sensor: &str, method: &str) -> u64 {
@@ -113,6 +115,46 @@ fn a_film_takes_no_more_memory_than_inspect_says() {
 #[ignore = "two minutes, and 4 GB of memory"]
 fn a_film_of_1024_x_1024_takes_no_more_memory_than_inspect_says() {
     assert_films_take_no_more_than_said(&[(1024, ALL)]);
+}
+
+/// Eight layers and their bounds at once: 792 bytes a texel, and the picture.
+#[test]
+fn a_map_of_512_x_512_texels_by_beams_takes_at_most_300_mb() {
+    let folder = TempDir::new().unwrap();
+    let output = folder.path().join("a.exr");
+    let mut command = render(512, &output, &["--method", "beams", "--error", "0.1%"]);
+    let (peak, _) = peak_memory(command.spawn().unwrap());
+    println!("{:.1} MB for 512 x 512 texels by beams", peak as f64 / 1e6);
+    assert!(peak <= 300_000_000, "{peak}");
+}
+
+/// What is begun stays below the limit; a little less than what a run says that it needs is refused before it.
+#[test]
+fn memory_that_is_asked_for_is_kept_or_refused() {
+    let folder = TempDir::new().unwrap();
+    let output = folder.path().join("a.exr");
+    for method in ["beams", "photons", "caustic-map"] {
+        let mut smallest = None;
+        for megabytes in [50, 100, 150, 200, 300, 400, 600] {
+            let limit = format!("{megabytes}MB");
+            let mut command = render(384, &output, &["--method", method, "--memory", &limit]);
+            if method == "photons" {
+                command.args(["--photons", "65536"]);
+            }
+            let Some(peak) = peak_or_refusal(command.spawn().unwrap()) else {
+                assert!(smallest.is_none(), "{method}: refused at {megabytes} MB");
+                continue;
+            };
+            println!("{method}: {:.1} MB of {megabytes} MB", peak as f64 / 1e6);
+            assert!(
+                peak <= megabytes * 1_000_000,
+                "{method}: {peak} of {megabytes} MB"
+            );
+            smallest.get_or_insert(megabytes);
+        }
+        // Refused at 50 MB, begun at 600.
+        assert!(smallest.is_some_and(|it| it > 50), "{method}: {smallest:?}");
+    }
 }
 
 /// Photons are not kept: tasks, a few for each thread, are all that there is of them.
