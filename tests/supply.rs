@@ -114,10 +114,12 @@ fn both(words: &[String], at: &mut usize) -> bool {
 }
 
 fn one(words: &[String], at: &mut usize) -> bool {
-    let Some(word) = words.get(*at) else {
+    let word = words.get(*at);
+    // Beyond the end, too: an expression that stops short has not been read by then.
+    *at += 1;
+    let Some(word) = word else {
         return false;
     };
-    *at += 1;
     if word != "(" {
         return LICENCES.contains(&word.as_str());
     }

@@ -24,8 +24,8 @@ use crate::run::{Budget, Context};
 use crate::scene::{Scene, Sensor};
 use crate::study::file;
 
-/// Memory \[bytes\] of the program itself, threads' stacks and buffers: measured with films of 16 x 16 texels, by
-/// all methods that need no tables, on two threads.
+/// Memory \[bytes\] of the program itself, threads' stacks and buffers: a little more than films of 16 x 16
+/// texels take by methods without tables, on two threads.
 const PROGRAM: u64 = 40_000_000;
 
 /// Runs the command.

@@ -40,8 +40,8 @@ impl<'a> LazyImage<'a> {
         self.channels.push((name.into(), Box::new(sample)));
     }
 
-    /// Adds the channels `layer.R`, `layer.G`, `layer.B`, rounded as given; for an empty `layer` just `R`, `G`,
-    /// `B`.
+    /// Adds the channels `layer.R`, `layer.G`, `layer.B`, rounded as given; for an empty `layer` just `R`,
+    /// `G`, `B`.
     pub fn add_rgb(
         &mut self,
         layer: &str,

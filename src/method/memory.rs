@@ -1,7 +1,7 @@
 //! Memory of films, texel by texel, before anything is traced.
 //!
-//! Each function says the bytes that a texel takes when a run takes most; scene and program come on top. Files
-//! take next to nothing: their samples are computed while they are written.
+//! Each function says the bytes that a texel takes when a run takes most; scene and program come on top.
+//! Files take next to nothing: their samples are computed while they are written.
 
 use crate::scene::{Scene, Sensor, is_achromatic};
 use crate::transport::path_class::PathClass;
@@ -63,10 +63,11 @@ pub(super) fn beams(channels: u64, max_layers: u64) -> u64 {
     let film = 8 * (4 * channels) + 8 * (channels + 1);
     let bounded = 8 * (2 * channels + 1);
     let reading = bounded + SUMS.max(8 * (4 * channels + 1));
-    // A layer stays until it is made anew: the sums of one twice. Direct light.
-    let tracing = (layers + 1) * SUMS + film + reading + PAIR;
-    // Then all layers, `LD` too, and their total: the sums of each go as it comes. A bound on light that is not
-    // followed. The first layer comes beside the sums of all.
+    // A layer stays until it is made anew. That of the others is the sum of its signatures: of it there are the
+    // last pass's sums, the sum so far, and the next signature's. Direct light.
+    let tracing = (layers + 2) * SUMS + film + reading + PAIR;
+    // Then all layers, `LD` too, and their total: the sums of each go as it comes. The first layer comes
+    // beside the sums of all. A bound on light that is not followed.
     let estimate = (layers + 1) * BOUNDED;
     let finishing = (layers - 1) * SUMS + 3 * BOUNDED + PAIR + 8;
     tracing.max(finishing).max(estimate + PAIR + 8 + PICTURE)

@@ -55,7 +55,8 @@ pub fn atan(x: f64) -> f64 {
     libm::atan(x)
 }
 
-/// The angle of the point (x, y) from the x axis, in [−π, π]; 0 or ±π at the origin, by the signs of its zeros.
+/// The angle of the point (x, y) from the x axis, in [−π, π]. At the origin it is 0 or ±π, by the signs of
+/// its zeros.
 #[inline]
 pub fn atan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)

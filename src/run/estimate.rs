@@ -237,8 +237,8 @@ impl fmt::Display for LayerName {
     }
 }
 
-/// Black texels in memory that comes as zeros from the system, and is taken only where it is written to. Filling
-/// a vector with `Rgb` writes to all of it; numbers that are zero do not.
+/// Black texels in memory that comes as zeros from the system, and is taken only where it is written to.
+/// Filling a vector with `Rgb` writes to all of it; numbers that are zero do not.
 fn untouched(texels: usize) -> Vec<Rgb> {
     // In place, and so nothing to do.
     vec![[0.0; 3]; texels].into_iter().map(Rgb).collect()

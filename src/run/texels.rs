@@ -29,8 +29,8 @@ pub fn describe(image: &mut Image, scene: &Scene, sensor: &Sensor) {
     }
 }
 
-/// The size of the texels \[m\] of a rectangle. Of other surfaces it is their name, and the area of each texel
-/// where areas differ. A camera's pixels have neither.
+/// The size of the texels \[m\] of a rectangle. Of other surfaces it is their name, and the area of each
+/// texel where areas differ. A camera's pixels have neither.
 pub fn describe_texels(scene: &Scene, sensor: &Sensor) -> Option<Description> {
     let SensorKind::IrradianceMeter { shape } = sensor.kind else {
         return None;

@@ -38,8 +38,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub cache: CacheArgs,
 
-    /// Memory that the program may take; a run that would take more is refused before it starts [default: what is
-    /// free]
+    /// Memory that the program may take; a run that would take more is refused before it starts [default:
+    /// what is free]
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub memory: Option<u64>,
 
