@@ -63,8 +63,8 @@ pub(super) fn beams(channels: u64, max_layers: u64) -> u64 {
     let film = 8 * (4 * channels) + 8 * (channels + 1);
     let bounded = 8 * (2 * channels + 1);
     let reading = bounded + SUMS.max(8 * (4 * channels + 1));
-    // A layer stays until it is made anew. That of the others is the sum of its signatures: of it there are the
-    // last pass's sums, the sum so far, and the next signature's. Direct light.
+    // A layer stays until it is made anew. That of the others is the sum of its signatures: of it there are
+    // the last pass's sums, the sum so far, and the next signature's. Direct light.
     let tracing = (layers + 2) * SUMS + film + reading + PAIR;
     // Then all layers, `LD` too, and their total: the sums of each go as it comes. The first layer comes
     // beside the sums of all. A bound on light that is not followed.
