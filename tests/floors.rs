@@ -36,6 +36,7 @@ const FLOORS: &[(&str, u32)] = &[
 const PRIVATE_CRATES: &[(&str, &str)] = &[
     ("obvhs", "geometry/accel"),
     ("pulp", "numeric/fused.rs"),
+    ("libm", "numeric/math.rs"),
     ("exr", "film"),
     ("image", "film"),
     ("roxmltree", "mitsuba"),

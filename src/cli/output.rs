@@ -7,7 +7,7 @@ use anyhow::Context;
 use super::run::Run;
 use super::summary::{Summary, Timing};
 use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
-use crate::film::{Grid, Image, atomic, exr};
+use crate::film::{Grid, LazyImage, atomic, exr};
 
 /// The extension of pictures.
 const PICTURE: &str = "png";
@@ -60,7 +60,7 @@ fn check_writable(path: &Path) -> anyhow::Result<()> {
 ///
 /// If a file cannot be written.
 pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    exr::write(path, &image(run, summary)?)?;
+    exr::write_lazily(path, &image(run, summary)?)?;
     let picture = path.with_extension(PICTURE);
     let values = Grid::from_vec(
         run.rendering.estimate.width,
@@ -110,8 +110,8 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<Pa
 }
 
 /// All layers with their description.
-fn image(run: &Run, summary: &Summary) -> anyhow::Result<Image> {
-    let mut image = run.rendering.image(run.scene);
+fn image<'a>(run: &Run<'a>, summary: &Summary) -> anyhow::Result<LazyImage<'a>> {
+    let mut image = run.rendering.lazy_image(run.scene);
     image.add_metadata("summary", serde_json::to_string(&summary.without_timing())?);
     image.add_metadata("timing", serde_json::to_string(&Timing::of(run))?);
     Ok(image)

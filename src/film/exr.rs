@@ -3,9 +3,15 @@
 //! One part, since Mitsuba and others read only the first. Viewers show channel names like `LTTD.stderr.R` as
 //! layers. The same image gives the same bytes on any machine and number of threads.
 
-use std::io::{Cursor, Write as _};
+use std::fs::File;
+use std::io::{self, BufWriter, Cursor, Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 
+use ::exr::block::lines::LineRefMut;
+use ::exr::image::write::samples::{SamplesWriter, WritableSamples};
+use ::exr::math::RoundingMode;
+use ::exr::meta::attribute::{LevelMode, SampleType};
+use ::exr::meta::header::Header;
 use ::exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples,
     Image as ExrImage, Layer, LayerAttributes, LineOrder, MetaData, ReadChannels as _,
@@ -14,6 +20,7 @@ use ::exr::prelude::{
 
 use super::atomic::{self, WriteError};
 use super::image::{Channel, Image, ImageError};
+use super::lazy::{LazyImage, Sample};
 
 /// Prefix of this program's attributes in a file.
 const PREFIX: &str = "nephroid:";
@@ -108,11 +115,37 @@ pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
         path: path.to_owned(),
         cause,
     })?;
-    let bytes = encode(image).map_err(|error| ExrWriteError::Encode {
+    write_lazily(path, &LazyImage::from(image))
+}
+
+/// Writes an image as [`write()`] does, computing its samples block by block. Only the blocks that are being
+/// compressed are in memory.
+///
+/// # Errors
+///
+/// As there.
+pub fn write_lazily(path: &Path, image: &LazyImage) -> Result<(), ExrWriteError> {
+    image.check().map_err(|cause| ExrWriteError::Image {
         path: path.to_owned(),
-        message: error.to_string(),
+        cause,
     })?;
-    Ok(atomic::write(path, |file| file.write_all(&bytes))?)
+    let mut refusal = None;
+    let written = atomic::write(path, |file| {
+        encode(image, file).map_err(|error| match error {
+            ::exr::error::Error::Io(cause) => cause,
+            other => {
+                refusal = Some(other.to_string());
+                io::ErrorKind::InvalidData.into()
+            }
+        })
+    });
+    match refusal {
+        Some(message) => Err(ExrWriteError::Encode {
+            path: path.to_owned(),
+            message,
+        }),
+        None => Ok(written?),
+    }
 }
 
 /// Reads the channels of a file of one part; whole numbers and half floats become `f32`.
@@ -167,11 +200,49 @@ fn text(string: &str) -> Text {
     Text::from_slice_unchecked(string.as_bytes())
 }
 
-fn encode(image: &Image) -> ::exr::error::Result<Vec<u8>> {
-    let channels = image.channels.iter().map(|channel| {
-        let samples = FlatSamples::F32(channel.samples.clone());
-        AnyChannel::new(text(&channel.name), samples)
-    });
+/// A channel, for the encoder.
+struct Source<'a>(&'a Sample<'a>);
+
+/// A channel with its width, by which the encoder's places become texels.
+struct Lines<'a> {
+    sample: &'a Sample<'a>,
+    width: usize,
+}
+
+impl<'line> WritableSamples<'line> for Source<'_> {
+    type Writer = Lines<'line>;
+
+    fn sample_type(&self) -> SampleType {
+        SampleType::F32
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&'line self, header: &Header) -> Lines<'line> {
+        Lines {
+            sample: self.0,
+            width: header.layer_size.width(),
+        }
+    }
+}
+
+impl SamplesWriter for Lines<'_> {
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        let place = line.location.position;
+        let start = place.y() * self.width + place.x();
+        // The line has as many bytes as samples of four bytes need: the encoder made it for them.
+        let written = line.write_samples(|at| (self.sample)(start + at));
+        debug_assert!(written.is_ok());
+    }
+}
+
+fn encode(image: &LazyImage, file: &mut BufWriter<&File>) -> ::exr::error::UnitResult {
+    let channels = image
+        .channels
+        .iter()
+        .map(|(name, sample)| AnyChannel::new(text(name), Source(sample)));
     let mut attributes = LayerAttributes::default();
     for (key, value) in &image.metadata {
         let name = text(&format!("{PREFIX}{key}"));
@@ -190,16 +261,37 @@ fn encode(image: &Image) -> ::exr::error::Result<Vec<u8>> {
         encoding,
         AnyChannels::sort(channels.collect()),
     );
-    let mut file = Cursor::new(Vec::new());
     // Blocks are compressed in parallel; with a line order given, they are written in that order.
-    ExrImage::from_layer(layer).write().to_buffered(&mut file)?;
-    let mut bytes = file.into_inner();
-    sort_attributes(&mut bytes)
-        .ok_or(::exr::error::Error::Invalid("header without an end".into()))?;
-    Ok(bytes)
+    let image = ExrImage::from_layer(layer);
+    image.write().to_buffered(&mut *file)?;
+    sort_header(file)
 }
 
-/// Sorts a header's attributes by name, as `OpenEXR`'s own library writes them.
+/// Sorts the attributes in the header of a file that was just written.
+fn sort_header(file: &mut BufWriter<&File>) -> ::exr::error::UnitResult {
+    file.flush()?;
+    let mut file: &File = file.get_ref();
+    // The header's length is not known: as much as is needed is read.
+    let mut bytes = Vec::new();
+    let mut length = 1 << 16;
+    loop {
+        file.rewind()?;
+        bytes.clear();
+        file.take(length).read_to_end(&mut bytes)?;
+        if sort_attributes(&mut bytes).is_some() {
+            break;
+        }
+        if (bytes.len() as u64) < length {
+            return Err(::exr::error::Error::Invalid("header without an end".into()));
+        }
+        length *= 4;
+    }
+    file.rewind()?;
+    Ok(file.write_all(&bytes)?)
+}
+
+/// Sorts a header's attributes by name, as `OpenEXR`'s own library writes them; `None` if the header does not
+/// end within the bytes, which then stay as they are.
 ///
 /// The crate keeps attributes in a `HashMap`, whose order changes from run to run. The header's
 /// length, and so each block's position in the file, stays the same.

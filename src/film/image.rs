@@ -140,7 +140,13 @@ impl Image {
     /// assert_eq!(image.channels[0].samples, [0.5, 1.5]);
     /// ```
     pub fn add_scalar(&mut self, name: impl Into<String>, values: impl IntoIterator<Item = f64>) {
-        self.add(name.into(), values, Rounding::Nearest);
+        let samples = values
+            .into_iter()
+            .map(|value| Rounding::Nearest.apply(value));
+        self.channels.push(Channel {
+            name: name.into(),
+            samples: samples.collect(),
+        });
     }
 
     /// Adds the channels `layer.R`, `layer.G`, `layer.B`; for an empty `layer` just `R`, `G`, `B`.
@@ -155,24 +161,11 @@ impl Image {
     /// assert_eq!(image.channels[3].name, "E.stderr.R");
     /// ```
     pub fn add_rgb(&mut self, layer: &str, values: &[[f64; 3]]) {
-        self.add_rgb_rounded(layer, values, Rounding::Nearest);
-    }
-
-    /// Adds the channels of [`Image::add_rgb`], rounded as given.
-    pub(crate) fn add_rgb_rounded(&mut self, layer: &str, values: &[[f64; 3]], rounding: Rounding) {
         let dot = if layer.is_empty() { "" } else { "." };
         for (c, component) in ["R", "G", "B"].into_iter().enumerate() {
             let name = format!("{layer}{dot}{component}");
-            self.add(name, values.iter().map(|value| value[c]), rounding);
+            self.add_scalar(name, values.iter().map(|value| value[c]));
         }
-    }
-
-    fn add(&mut self, name: String, values: impl IntoIterator<Item = f64>, rounding: Rounding) {
-        let samples = values.into_iter().map(|value| rounding.apply(value));
-        self.channels.push(Channel {
-            name,
-            samples: samples.collect(),
-        });
     }
 
     /// Adds a key and its value.
@@ -236,16 +229,7 @@ impl Image {
     /// samples, and names that are empty, too long, given twice or hold a NUL.
     #[doc(hidden)]
     pub fn check(&self) -> Result<(), ImageError> {
-        let sizes = 1..=Self::MAX_SIZE;
-        if !sizes.contains(&self.width) || !sizes.contains(&self.height) {
-            return Err(ImageError::Size {
-                width: self.width,
-                height: self.height,
-            });
-        }
-        if self.channels.is_empty() {
-            return Err(ImageError::NoChannel);
-        }
+        check_size(self.width, self.height, self.channels.len())?;
         let expected = self.width * self.height;
         for channel in &self.channels {
             if channel.samples.len() != expected {
@@ -261,7 +245,19 @@ impl Image {
     }
 }
 
-fn check_names<'a>(names: impl Iterator<Item = &'a str>) -> Result<(), ImageError> {
+/// Checks the size and the number of channels.
+pub(super) fn check_size(width: usize, height: usize, channels: usize) -> Result<(), ImageError> {
+    let sizes = 1..=Image::MAX_SIZE;
+    if !sizes.contains(&width) || !sizes.contains(&height) {
+        return Err(ImageError::Size { width, height });
+    }
+    if channels == 0 {
+        return Err(ImageError::NoChannel);
+    }
+    Ok(())
+}
+
+pub(super) fn check_names<'a>(names: impl Iterator<Item = &'a str>) -> Result<(), ImageError> {
     let mut seen = std::collections::HashSet::new();
     for name in names {
         if name.is_empty() || name.len() > Image::MAX_NAME_LENGTH || name.contains('\0') {

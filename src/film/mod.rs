@@ -10,6 +10,7 @@ pub mod exr;
 mod filter;
 mod grid;
 mod image;
+mod lazy;
 pub mod picture;
 pub mod splat;
 
@@ -17,3 +18,4 @@ pub use accumulator::{Accumulator, AccumulatorError, ReplicateMean};
 pub use filter::ReconstructionFilter;
 pub use grid::Grid;
 pub use image::{Channel, Image, ImageError, Rounding};
+pub use lazy::LazyImage;

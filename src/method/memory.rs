@@ -1,7 +1,7 @@
 //! Memory of films, texel by texel, before anything is traced.
 //!
-//! Each function says the bytes that a texel takes when a run takes most, files and all; scene and program
-//! come on top.
+//! Each function says the bytes that a texel takes when a run takes most; scene and program come on top.
+//! Files take next to nothing: their samples are computed while they are written.
 
 use crate::scene::{Scene, Sensor, is_achromatic};
 use crate::transport::path_class::PathClass;
@@ -10,6 +10,10 @@ use crate::transport::path_class::PathClass;
 const TRIPLE: u64 = 24;
 /// Value and variance, or irradiance and standard error: two triples.
 const PAIR: u64 = 2 * TRIPLE;
+/// Value and bounds. The standard errors of a bounded layer are zero, in memory that nobody touches.
+const BOUNDED: u64 = 3 * TRIPLE;
+/// A picture's values as `f32`, its pixels, and the bytes of its file.
+const PICTURE: u64 = 4 + 4 + 3;
 
 /// Texels or pixels of a sensor's film.
 pub(super) fn texels(sensor: &Sensor) -> u64 {
@@ -37,13 +41,9 @@ pub(super) fn photons(channels: u64, max_layers: u64) -> u64 {
     // While photons fly: exact sums (see `Accumulator`), counts, direct light; combined rounds.
     let rounds = films * PAIR;
     let tracing = films * 40 * channels + 8 + PAIR + rounds;
-    // Then all layers, `LD` too: value, standard error and bounds. Rounds are still there, ...
+    // Then all layers, `LD` too: value, standard error and bounds. Rounds are still there.
     let estimate = (films + 1) * 2 * PAIR + 8;
-    // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
-    let files = 3 * ((films + 1) * PAIR + 4);
-    tracing
-        .max(rounds + PAIR + 8 + estimate)
-        .max(estimate + files)
+    tracing.max(rounds + PAIR + estimate)
 }
 
 /// Photon maps: each layer twice, for the two radii, and perhaps seen in two ways; the bias.
@@ -55,8 +55,6 @@ pub(super) fn photon_maps(max_layers: u64) -> u64 {
 pub(super) fn beams(channels: u64, max_layers: u64) -> u64 {
     /// Flux and bar; a variance (see `Sums`).
     const SUMS: u64 = 2 * TRIPLE + 8;
-    /// Value, standard error and bounds.
-    const LAYER: u64 = 4 * TRIPLE;
     // The layers with a signature, the one for the others, and their total.
     let layers = max_layers + 2;
     // One signature's exact sums (three kinds by channel, and on coarser levels a third as many) and
@@ -65,15 +63,14 @@ pub(super) fn beams(channels: u64, max_layers: u64) -> u64 {
     let film = 8 * (4 * channels) + 8 * (channels + 1);
     let bounded = 8 * (2 * channels + 1);
     let reading = bounded + SUMS.max(8 * (4 * channels + 1));
-    // A layer stays until it is made anew: the sums of one twice. Direct light.
-    let tracing = (layers + 1) * SUMS + film + reading + PAIR;
-    // Then all layers, `LD` too, beside the last pass, ...
-    let estimate = (layers + 1) * LAYER + 8;
-    // ... and a bound on light that is not followed, ...
-    let finishing = layers * SUMS + PAIR + 8 + estimate;
-    // ... and as `f32`: in the image, in the encoder, and in the file's bytes.
-    let files = 3 * (layers + 1) * LAYER / 2;
-    tracing.max(finishing).max(estimate + files)
+    // A layer stays until it is made anew. That of the others is the sum of its signatures: of it there are
+    // the last pass's sums, the sum so far, and the next signature's. Direct light.
+    let tracing = (layers + 2) * SUMS + film + reading + PAIR;
+    // Then all layers, `LD` too, and their total: the sums of each go as it comes. The first layer comes
+    // beside the sums of all. A bound on light that is not followed.
+    let estimate = (layers + 1) * BOUNDED;
+    let finishing = (layers - 1) * SUMS + 3 * BOUNDED + PAIR + 8;
+    tracing.max(finishing).max(estimate + PAIR + 8 + PICTURE)
 }
 
 /// Paths: all classes lit.
@@ -85,24 +82,22 @@ pub(super) fn path() -> u64 {
     let tracing = image + (CLASSES + 1) * (3 * TRIPLE + PAIR) + 2 * 8;
     let estimate = (CLASSES + 1) * PAIR + 8;
     let finishing = (CLASSES + 1) * PAIR + estimate;
-    let files = 3 * (CLASSES + 1) * PAIR / 2;
-    tracing.max(finishing).max(estimate + files)
+    tracing.max(finishing)
 }
 
-/// All methods, one after the other, beside what was measured before, and in the end files.
+/// All methods, one after the other, beside what was measured before.
 pub(super) fn full() -> u64 {
     // Each class and their sum: value, standard error and bounds.
     const LAYERS: u64 = (PathClass::ALL.len() as u64 + 1) * 4 * TRIPLE;
     // Of two runs of photon maps: the bias and its standard error.
     let reports = 2 * PAIR;
     let largest = path().max(beams(3, 0)).max(photon_maps(0));
-    LAYERS + reports + largest.max(3 * LAYERS / 2)
+    LAYERS + reports + largest
 }
 
-/// Layers with bounds, computed in place: `layers` of them with their sum, and files.
+/// Layers with bounds, computed in place: `layers` of them with their sum, and the picture.
 pub(super) fn bounded_layers(layers: u64) -> u64 {
-    const LAYER: u64 = 4 * TRIPLE;
-    (layers + 1) * (LAYER + 3 * LAYER / 2)
+    (layers + 1) * BOUNDED + PICTURE
 }
 
 #[cfg(test)]

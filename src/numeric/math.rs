@@ -55,7 +55,8 @@ pub fn atan(x: f64) -> f64 {
     libm::atan(x)
 }
 
-/// The angle of the point (x, y) from the x axis, in [−π, π]; 0 or ±π at the origin, by the signs of its zeros.
+/// The angle of the point (x, y) from the x axis, in [−π, π]. At the origin it is 0 or ±π, by the signs of
+/// its zeros.
 #[inline]
 pub fn atan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)
@@ -189,5 +190,58 @@ pub mod single {
     #[inline]
     pub fn hypot(x: f32, y: f32) -> f32 {
         libm::hypotf(x, y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_powers_are_products_and_their_reciprocals() {
+        for x in [0.3, -1.7, 1.1, 2.0] {
+            let mut product = 1.0;
+            for n in 0..20 {
+                // n multiplications here, at most 2 log₂ n there, each off by half a unit.
+                let allowed = f64::from(n) * f64::EPSILON;
+                assert!((powi(x, n) / product - 1.0).abs() <= allowed, "{x}, {n}");
+                assert_eq!(powi(x, -n), 1.0 / powi(x, n));
+                product *= x;
+            }
+        }
+        assert_eq!(powi(2.0, -1074), 0.0);
+        assert_eq!(powi(0.0, 0), 1.0);
+        assert_eq!(powi(3.0, i32::MIN), 0.0);
+    }
+
+    #[test]
+    fn powers_of_two_and_ten_are_exact() {
+        for n in -300..300 {
+            assert_eq!(exp2(f64::from(n)), powi(2.0, n));
+            assert_eq!(log2(powi(2.0, n)), f64::from(n));
+        }
+        let mut ten: f64 = 1.0;
+        for n in 0..=22 {
+            assert_eq!(log10(ten), f64::from(n));
+            ten *= 10.0;
+        }
+    }
+
+    /// `mul_add` stays the standard library's: it must round once on this machine, too.
+    #[test]
+    fn multiplying_and_adding_rounds_once() {
+        let mut state: u64 = 1;
+        let mut next = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            f64::from_bits((state >> 12) | 0x3ff0_0000_0000_0000) - 1.5
+        };
+        for _ in 0..10_000 {
+            let (a, b) = (next(), next());
+            for c in [next(), -(a * b), next() * f64::EPSILON] {
+                assert_eq!(std::hint::black_box(a).mul_add(b, c), libm::fma(a, b, c));
+            }
+        }
     }
 }

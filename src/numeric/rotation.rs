@@ -14,7 +14,7 @@ pub fn angle_between(a: DVec3, b: DVec3) -> f64 {
     math::atan2(a.cross(b).length(), a.dot(b))
 }
 
-/// The rotation by `angle` [rad] about the unit vector `axis`, against the clock if that points to the viewer.
+/// The rotation by `angle` [rad] about the unit vector `axis`, against the clock if it points to the viewer.
 ///
 /// Rodrigues' formula: cos·I + (1 − cos)·axis axisᵀ + sin·\[axis\]ₓ.
 pub fn about(axis: DVec3, angle: f64) -> DMat3 {

@@ -1,7 +1,7 @@
 //! From an estimate to the channels of a file.
 
 use super::{Estimate, Layer, Quantity};
-use crate::film::{Image, Rounding};
+use crate::film::{Image, LazyImage, Rounding};
 use crate::radiometry::Rgb;
 
 impl Estimate {
@@ -22,7 +22,12 @@ impl Estimate {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn channels(&self) -> Image {
-        let mut image = Image::new(self.width, self.height);
+        self.lazy_channels().to_image()
+    }
+
+    /// Its layers as [`channels`](Self::channels), computed when they are asked for.
+    pub(super) fn lazy_channels(&self) -> LazyImage<'_> {
+        let mut image = LazyImage::new(self.width, self.height);
         for layer in std::iter::once(&self.total).chain(&self.layers) {
             add_layer(&mut image, layer, self.quantity);
         }
@@ -36,21 +41,21 @@ impl Estimate {
 /// The attribute of films whose bounds are those of random values.
 pub(crate) const CONFIDENCE: &str = "confidence";
 
-fn add_layer(image: &mut Image, layer: &Layer, quantity: Quantity) {
-    let triples = |values: &[Rgb]| values.iter().map(|value| value.0).collect::<Vec<_>>();
+fn add_layer<'a>(image: &mut LazyImage<'a>, layer: &'a Layer, quantity: Quantity) {
+    let mut add = |name: &str, values: &'a [Rgb], rounding| {
+        image.add_rgb(name, move |texel| values[texel].0, rounding);
+    };
     let name = layer.name.of(quantity);
-    image.add_rgb(&name, &triples(&layer.values));
+    add(&name, &layer.values, Rounding::Nearest);
     if let Some(interval) = layer.interval.as_ref().or(layer.sampling.as_ref()) {
-        let mut add = |end: &str, values: &[Rgb], rounding| {
-            image.add_rgb_rounded(&format!("{name}.{end}"), &triples(values), rounding);
-        };
         // What bounds a number bounds it as it is in the file, too.
-        add("lo", &interval.low, Rounding::Down);
-        add("hi", &interval.high, Rounding::Up);
+        add(&format!("{name}.lo"), &interval.low, Rounding::Down);
+        add(&format!("{name}.hi"), &interval.high, Rounding::Up);
     }
     // Deterministic methods have bounds of their own alone; light drawn at random may have both.
     let is_random = layer.standard_error.iter().any(|error| !error.is_black());
     if layer.interval.is_none() || is_random {
-        image.add_rgb(&format!("{name}.stderr"), &triples(&layer.standard_error));
+        let error = format!("{name}.stderr");
+        add(&error, &layer.standard_error, Rounding::Nearest);
     }
 }

@@ -253,13 +253,20 @@ impl Interval {
     }
 }
 
+/// Black texels in memory that comes as zeros from the system, and is taken only where it is written to.
+/// Filling a vector with `Rgb` writes to all of it; numbers that are zero do not.
+fn untouched(texels: usize) -> Vec<Rgb> {
+    // In place, and so nothing to do.
+    vec![[0.0; 3]; texels].into_iter().map(Rgb).collect()
+}
+
 impl Layer {
     /// A layer of `texels` texels without light and without error.
     pub(crate) fn dark(name: LayerName, texels: usize) -> Self {
         Self {
             name,
             values: vec![Rgb::BLACK; texels],
-            standard_error: vec![Rgb::BLACK; texels],
+            standard_error: untouched(texels),
             interval: None,
             sampling: None,
         }
@@ -284,7 +291,10 @@ impl Layer {
             *sum += *value;
         }
         for (sum, value) in self.standard_error.iter_mut().zip(&other.standard_error) {
-            *sum = Rgb(std::array::from_fn(|c| math::hypot(sum.0[c], value.0[c])));
+            // Memory of errors that are all zero is never touched, and so never taken.
+            if !value.is_black() {
+                *sum = Rgb(std::array::from_fn(|c| math::hypot(sum.0[c], value.0[c])));
+            }
         }
         if let (Some(sum), Some(value)) = (&mut self.interval, &other.interval) {
             sum.add(value);

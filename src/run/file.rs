@@ -4,8 +4,9 @@ use std::path::Path;
 
 use super::texels;
 use super::{Estimate, LayerName, Light, Quantity, Rendering};
-use crate::film::Image;
 use crate::film::exr::{self, ExrWriteError};
+use crate::film::{Image, LazyImage, Rounding};
+use crate::metric::texel_grid::AREA;
 use crate::scene::Scene;
 use crate::transport::chain_limits::left_out_of_image;
 
@@ -59,14 +60,18 @@ impl Rendering {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn image(&self, scene: &Scene) -> Image {
+        self.lazy_image(scene).to_image()
+    }
+
+    /// The [`image`](Self::image), whose samples are computed when they are asked for.
+    pub(crate) fn lazy_image(&self, scene: &Scene) -> LazyImage<'_> {
         let estimate = &self.estimate;
-        let mut image = estimate.channels();
+        let mut image = estimate.lazy_channels();
         for (name, values) in &self.scalars {
-            image.add_scalar(name, values.iter().copied());
+            image.add_scalar(name, |texel| values[texel]);
         }
         for (name, values) in &self.maps {
-            let triples: Vec<[f64; 3]> = values.iter().map(|value| value.0).collect();
-            image.add_rgb(name, &triples);
+            image.add_rgb(name, |texel| values[texel].0, Rounding::Nearest);
         }
         image.add_metadata("scene", scene.path().display().to_string());
         image.add_metadata("scene-hash", scene.content_hash());
@@ -88,10 +93,13 @@ impl Rendering {
             .and_then(serde_json::Value::as_str);
         let mut sensors = scene.sensors().iter();
         let size = [image.width, image.height];
-        if let Some(sensor) =
-            sensors.find(|one| Some(one.id.as_str()) == sensor && one.size() == size)
-        {
-            texels::describe(&mut image, scene, sensor);
+        let sensor = sensors.find(|one| Some(one.id.as_str()) == sensor && one.size() == size);
+        if let Some(description) = sensor.and_then(|one| texels::describe_texels(scene, one)) {
+            let (key, value) = description.metadata;
+            image.add_metadata(key, value);
+            if let Some(areas) = description.areas {
+                image.add_scalar(AREA, move |texel| areas[texel]);
+            }
         }
         image.add_metadata("conventions", conventions(estimate));
         image
@@ -123,7 +131,7 @@ impl Rendering {
     /// # }
     /// ```
     pub fn write_exr(&self, scene: &Scene, path: &Path) -> Result<(), ExrWriteError> {
-        exr::write(path, &self.image(scene))
+        exr::write_lazily(path, &self.lazy_image(scene))
     }
 }
 

@@ -221,9 +221,8 @@ fn a_study_has_the_same_report_on_an_older_processor() {
     let folder = tempfile::tempdir().unwrap();
     let study = format!(
         r#"
-scene = "{}/glass-ball.xml"
+scene = "{}/mirror-ring.xml"
 define = {{ size = 16 }}
-sensors = ["floor"]
 margin = "5%"
 [truth]
 method = "beams"
@@ -233,9 +232,10 @@ method = "beams"
 error = "20%"
 [[method]]
 method = "photons"
-photons = {{ from = 4096, to = 16384, times = 4 }}
+photons = {{ from = 4096, to = 65536, times = 4 }}
 [[method]]
 method = "caustic-map"
+mode = "reflection"
 photons = 64
 map = 64
 "#,

@@ -32,6 +32,23 @@ pub fn parse_uv(text: &str) -> Result<DVec2, String> {
         })
 }
 
+/// A number of bytes with its unit, to powers of 1000.
+///
+/// # Errors
+///
+/// For anything else, and less than one byte.
+pub fn parse_bytes(text: &str) -> Result<u64, String> {
+    let units = [("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12)];
+    let found = units.into_iter().find_map(|(unit, size)| {
+        let number: f64 = text.strip_suffix(unit)?.trim_end().parse().ok()?;
+        Some(number * size)
+    });
+    found
+        .filter(|bytes| (1.0..1e18).contains(bytes))
+        .map(|bytes| bytes as u64)
+        .ok_or_else(|| "give a number > 0 with a unit: kB, MB, GB or TB, as in 2GB".to_owned())
+}
+
 /// A time with its unit.
 pub fn parse_duration(text: &str) -> Result<Duration, String> {
     setting::parse_duration(text)

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::parse::{parse_define, parse_shard};
+use super::parse::{parse_bytes, parse_define, parse_shard};
 use super::{CacheArgs, SceneArgs, SettingArgs};
 use crate::reference::photons::Shard;
 use crate::scene::{ReconstructionFilter, Sensor};
@@ -44,6 +44,11 @@ pub struct RenderArgs {
     /// The folder of tables
     #[command(flatten)]
     pub cache: CacheArgs,
+
+    /// Memory that the program may take; a run that would take more is refused before it starts [default:
+    /// what is free]
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
+    pub memory: Option<u64>,
 
     /// Threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

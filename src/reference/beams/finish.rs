@@ -37,7 +37,7 @@ pub(super) struct RunOutcome<'a> {
 }
 
 impl RunOutcome<'_> {
-    pub fn estimate(self) -> Estimate {
+    pub fn estimate(mut self) -> Estimate {
         let texels = self.target.texels();
         let [width, height] = self.target.size();
         let unknown = self.layers.is_empty() && self.unseen.is_none();
@@ -46,12 +46,12 @@ impl RunOutcome<'_> {
         let mut layers = Vec::new();
         let (mut ledger, mut paths) = (Ledger::default(), 0);
         if !self.layers.is_empty() {
-            layers = self.layers();
+            let reports = || self.made().flat_map(|made| &made.reports);
+            paths = reports().map(|one| one.cells).sum();
+            layers = self.take_layers();
             for layer in &layers {
                 total.add(layer);
             }
-            let reports = || self.made().flat_map(|made| &made.reports);
-            paths = reports().map(|one| one.cells).sum();
             if self.target.quantity() == Quantity::Irradiance {
                 ledger = self.ledger(&layers);
             }
@@ -101,15 +101,24 @@ impl RunOutcome<'_> {
 
     /// The layers by signature, the others last. Light that all falls beside the film is no layer, unless an
     /// error is asked of it.
-    fn layers(&self) -> Vec<Layer> {
-        let made = |layer: &BeamLayer| {
+    ///
+    /// The sums of each go as its layer comes: both together would take half as much again.
+    fn take_layers(&mut self) -> Vec<Layer> {
+        let is_shown = |layer: &BeamLayer| layer.asked.is_some() || !layer.is_all_beside();
+        let mut order: Vec<usize> = (0..self.layers.len())
+            .filter(|at| is_shown(&self.layers[*at]))
+            .collect();
+        order.sort_by_key(|at| (self.layers[*at].name.is_none(), self.layers[*at].name));
+        let mut layers = Vec::new();
+        for at in order {
+            let layer = &mut self.layers[at];
             let name = layer.name.map_or(LayerName::Other, LayerName::Path);
-            Some(self.layer(name, &layer.made.as_ref()?.sums))
-        };
-        let is_shown = |layer: &&BeamLayer| layer.asked.is_some() || !layer.is_all_beside();
-        let mut order: Vec<&BeamLayer> = self.layers.iter().filter(is_shown).collect();
-        order.sort_by_key(|layer| (layer.name.is_none(), layer.name));
-        order.into_iter().filter_map(made).collect()
+            if let Some(made) = &mut layer.made {
+                let sums = std::mem::replace(&mut made.sums, Sums::dark(0));
+                layers.push(self.layer(name, &sums));
+            }
+        }
+        layers
     }
 
     /// Irradiance of a unit of a texel's flux \[1/m²\]; a texel without any surface gets no light.

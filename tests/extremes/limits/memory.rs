@@ -8,7 +8,9 @@ use nephroid::internals::generate::{WATER, height_field, write_ply};
 use nephroid::internals::geometry::MeshParts;
 use tempfile::TempDir;
 
-use super::program::{inspect, peak_memory, render, render_file, with_a_square_camera};
+use super::program::{
+    inspect, peak_memory, peak_or_refusal, render, render_file, with_a_square_camera,
+};
 
 /// Most memory \[bytes\] that a sensor's film takes, by `inspect`.
 fn said(scene: &Path, size: usize, sensor: &str, method: &str) -> u64 {
@@ -113,6 +115,94 @@ fn a_film_takes_no_more_memory_than_inspect_says() {
 #[ignore = "two minutes, and 4 GB of memory"]
 fn a_film_of_1024_x_1024_takes_no_more_memory_than_inspect_says() {
     assert_films_take_no_more_than_said(&[(1024, ALL)]);
+}
+
+/// A forecast allows for the most layers. Where two layers are asked for and all get light, as do the others',
+/// it holds within a tenth; pages and the allocator's rounding are allowed 2 MB.
+#[test]
+fn a_forecast_of_layers_that_are_all_lit_holds_within_a_tenth() {
+    let folder = TempDir::new().unwrap();
+    let output = folder.path().join("a.exr");
+    let scene = super::program::scene("glass-ball.xml");
+    let of = |method: &str, size: usize| {
+        let size = format!("size={size}");
+        let words = ["--method", method, "--set", "layers=2", "-D", &size];
+        let printed = inspect(&scene).args(words).output().unwrap().stdout;
+        let json: serde_json::Value = serde_json::from_slice(&printed).unwrap();
+        find(&json, "cost").unwrap()["bytes"].as_u64().unwrap()
+    };
+    for (method, limit) in [
+        ("beams", ["--error", "1%"]),
+        ("photons", ["--photons", "65536"]),
+    ] {
+        let run = |size: usize| {
+            let mut command = render(size, &output, &limit);
+            command.args(["--method", method, "--layers", "2"]);
+            peak_memory(command.spawn().unwrap()).0
+        };
+        let small = run(16);
+        for size in [256, 512] {
+            let more = run(size).saturating_sub(small) as f64;
+            let said = (of(method, size) - of(method, 16)) as f64;
+            println!(
+                "{method}: {:.1} MB more for {size} x {size} texels of two layers; inspect says {:.1} MB",
+                more / 1e6,
+                said / 1e6
+            );
+            assert!((more - said).abs() <= 0.1 * said + 2e6, "{method}, {size}");
+        }
+    }
+}
+
+/// The value of a key, wherever it is.
+fn find<'a>(json: &'a serde_json::Value, key: &str) -> Option<&'a serde_json::Value> {
+    match json {
+        serde_json::Value::Object(map) => map
+            .get(key)
+            .or_else(|| map.values().find_map(|value| find(value, key))),
+        serde_json::Value::Array(all) => all.iter().find_map(|value| find(value, key)),
+        _ => None,
+    }
+}
+
+/// Eight layers, direct light and their sum, with bounds: 72 bytes a texel each.
+#[test]
+fn a_map_of_512_x_512_texels_by_beams_takes_at_most_300_mb() {
+    let folder = TempDir::new().unwrap();
+    let output = folder.path().join("a.exr");
+    let mut command = render(512, &output, &["--method", "beams", "--error", "0.1%"]);
+    let (peak, _) = peak_memory(command.spawn().unwrap());
+    println!("{:.1} MB for 512 x 512 texels by beams", peak as f64 / 1e6);
+    assert!(peak <= 300_000_000, "{peak}");
+}
+
+/// What is begun stays below the limit; a little less than what a run says that it needs is refused before it.
+#[test]
+fn memory_that_is_asked_for_is_kept_or_refused() {
+    let folder = TempDir::new().unwrap();
+    let output = folder.path().join("a.exr");
+    for method in ["beams", "photons", "caustic-map"] {
+        let mut smallest = None;
+        for megabytes in [50, 100, 150, 200, 300, 400, 600] {
+            let limit = format!("{megabytes}MB");
+            let mut command = render(384, &output, &["--method", method, "--memory", &limit]);
+            if method == "photons" {
+                command.args(["--photons", "65536"]);
+            }
+            let Some(peak) = peak_or_refusal(command.spawn().unwrap()) else {
+                assert!(smallest.is_none(), "{method}: refused at {megabytes} MB");
+                continue;
+            };
+            println!("{method}: {:.1} MB of {megabytes} MB", peak as f64 / 1e6);
+            assert!(
+                peak <= megabytes * 1_000_000,
+                "{method}: {peak} of {megabytes} MB"
+            );
+            smallest.get_or_insert(megabytes);
+        }
+        // Refused at 50 MB, begun at 600.
+        assert!(smallest.is_some_and(|it| it > 50), "{method}: {smallest:?}");
+    }
 }
 
 /// Photons are not kept: tasks, a few for each thread, are all that there is of them.

@@ -37,7 +37,27 @@ pub fn message(output: &Output) -> String {
 /// The most memory \[bytes\] that a program had at once, as the system counts it, and what it printed where
 /// it did not fail.
 #[cfg(target_os = "linux")]
-pub fn peak_memory(mut child: Child) -> (u64, Vec<u8>) {
+pub fn peak_memory(child: Child) -> (u64, Vec<u8>) {
+    let (peak, output) = watched(child);
+    assert!(output.status.success(), "{}", message(&output));
+    (peak, output.stdout)
+}
+
+/// The most memory \[bytes\] that a program had at once; `None` if it refused to begin for lack of it.
+#[cfg(target_os = "linux")]
+pub fn peak_or_refusal(child: Child) -> Option<u64> {
+    let (peak, output) = watched(child);
+    if output.status.success() {
+        return Some(peak);
+    }
+    let said = message(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("GB of memory"), "{said}");
+    None
+}
+
+#[cfg(target_os = "linux")]
+fn watched(mut child: Child) -> (u64, Output) {
     let file = format!("/proc/{}/status", child.id());
     let mut peak = 0;
     loop {
@@ -52,9 +72,7 @@ pub fn peak_memory(mut child: Child) -> (u64, Vec<u8>) {
             peak = peak.max(1024 * kilobytes);
         }
         if child.try_wait().unwrap().is_some() {
-            let output = child.wait_with_output().unwrap();
-            assert!(output.status.success(), "{}", message(&output));
-            return (peak, output.stdout);
+            return (peak, child.wait_with_output().unwrap());
         }
         thread::sleep(Duration::from_micros(200));
     }

@@ -1,0 +1,264 @@
+//! What comes from outside: licences, sources, versions and the oldest compiler of all crates that are built.
+//!
+//! `cargo deny` would check the first three as well. It takes longer to compile than this program, which is
+//! too long for every run of `.ci/run`; there it is asked for advisories if it is installed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Licences that let a program under MIT or Apache-2.0 be passed on with no more than a notice.
+const LICENCES: [&str; 11] = [
+    "0BSD",
+    "Apache-2.0",
+    "Apache-2.0 WITH LLVM-exception",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "CC0-1.0",
+    "MIT",
+    "MIT-0",
+    "Unicode-3.0",
+    "Unlicense",
+    "Zlib",
+];
+
+/// Crates that are built in two versions, and why. An entry that is no duplicate any more fails the test.
+const TWICE: [(&str, &str); 2] = [
+    (
+        "miniz_oxide",
+        "png and exr ask for one version, flate2 for the next",
+    ),
+    (
+        "syn",
+        "derives are moving from version 2 to 3; no part of it is in the program",
+    ),
+];
+
+/// What cargo says of the crates that this system builds, tests included.
+fn metadata() -> Value {
+    let rustc = Command::new("rustc").arg("-vV").output().unwrap();
+    let rustc = String::from_utf8(rustc.stdout).unwrap();
+    let host = rustc.lines().find_map(|line| line.strip_prefix("host: "));
+    // Whoever builds this has all crates of this system; those of others would have to be fetched.
+    let output = Command::new(std::env::var("CARGO").unwrap_or("cargo".to_owned()))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["metadata", "--format-version", "1", "--locked", "--offline"])
+        .args(["--filter-platform", host.unwrap()])
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn text<'a>(value: &'a Value, key: &str) -> &'a str {
+    value[key].as_str().unwrap_or_default()
+}
+
+/// The packages that are built, this one among them.
+fn built(metadata: &Value) -> Vec<&Value> {
+    let nodes = metadata["resolve"]["nodes"].as_array().unwrap();
+    let ids: BTreeSet<&str> = nodes.iter().map(|node| text(node, "id")).collect();
+    let packages = metadata["packages"].as_array().unwrap();
+    let built: Vec<&Value> = packages
+        .iter()
+        .filter(|package| ids.contains(text(package, "id")))
+        .collect();
+    assert!(built.len() > 100, "{} packages", built.len());
+    built
+}
+
+/// The package of this folder.
+fn own(metadata: &Value) -> &Value {
+    let root = text(&metadata["resolve"], "root");
+    let packages = metadata["packages"].as_array().unwrap();
+    let own = packages.iter().find(|package| text(package, "id") == root);
+    own.unwrap()
+}
+
+/// True if an SPDX expression can be met by allowed licences alone. `AND` binds before `OR`; the old `/` is `OR`.
+fn is_allowed(expression: &str) -> bool {
+    let spaced = expression
+        .replace('/', " OR ")
+        .replace('(', " ( ")
+        .replace(')', " ) ")
+        .replace(" WITH ", "\u{1}");
+    let words: Vec<String> = spaced
+        .split_whitespace()
+        .map(|word| word.replace('\u{1}', " WITH "))
+        .collect();
+    let mut at = 0;
+    let is_allowed = either(&words, &mut at);
+    is_allowed && at == words.len()
+}
+
+fn either(words: &[String], at: &mut usize) -> bool {
+    let mut is_allowed = both(words, at);
+    while words.get(*at).is_some_and(|word| word == "OR") {
+        *at += 1;
+        is_allowed |= both(words, at);
+    }
+    is_allowed
+}
+
+fn both(words: &[String], at: &mut usize) -> bool {
+    let mut is_allowed = one(words, at);
+    while words.get(*at).is_some_and(|word| word == "AND") {
+        *at += 1;
+        is_allowed &= one(words, at);
+    }
+    is_allowed
+}
+
+fn one(words: &[String], at: &mut usize) -> bool {
+    let word = words.get(*at);
+    // Beyond the end, too: an expression that stops short has not been read by then.
+    *at += 1;
+    let Some(word) = word else {
+        return false;
+    };
+    if word != "(" {
+        return LICENCES.contains(&word.as_str());
+    }
+    let is_allowed = either(words, at);
+    let is_closed = words.get(*at).is_some_and(|word| word == ")");
+    *at += 1;
+    is_allowed && is_closed
+}
+
+#[test]
+fn the_reader_of_licences_knows_their_grammar() {
+    for good in [
+        "MIT",
+        "MIT/Apache-2.0",
+        "GPL-3.0 OR MIT",
+        "(GPL-3.0 OR MIT) AND Unicode-3.0",
+        "Apache-2.0 WITH LLVM-exception OR GPL-2.0",
+        "GPL-3.0 AND MIT OR Zlib",
+    ] {
+        assert!(is_allowed(good), "{good}");
+    }
+    for bad in [
+        "",
+        "GPL-3.0",
+        "MIT AND GPL-3.0",
+        "(GPL-3.0 OR LGPL-3.0) AND MIT",
+        "MIT OR",
+        "MIT Zlib",
+        "(MIT",
+        "Zlib WITH LLVM-exception",
+    ] {
+        assert!(!is_allowed(bad), "{bad}");
+    }
+}
+
+#[test]
+fn all_licences_let_the_program_be_passed_on() {
+    let metadata = metadata();
+    for package in built(&metadata) {
+        let licence = text(package, "license");
+        assert!(
+            is_allowed(licence),
+            "{} {} has the licence {licence:?}; allowed are {}",
+            text(package, "name"),
+            text(package, "version"),
+            LICENCES.join(", ")
+        );
+    }
+}
+
+#[test]
+fn all_crates_come_from_one_registry() {
+    let metadata = metadata();
+    for package in built(&metadata) {
+        let source = text(package, "source");
+        let is_own = text(package, "id") == text(&metadata["resolve"], "root");
+        assert!(
+            is_own || source == "registry+https://github.com/rust-lang/crates.io-index",
+            "{} is from {source:?}",
+            text(package, "name")
+        );
+    }
+}
+
+#[test]
+fn no_crate_is_built_twice_without_a_reason() {
+    let metadata = metadata();
+    let mut versions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for package in built(&metadata) {
+        let all = versions.entry(text(package, "name")).or_default();
+        all.push(text(package, "version"));
+    }
+    versions.retain(|_, all| all.len() > 1);
+    let twice: Vec<&str> = versions.keys().copied().collect();
+    let allowed = TWICE.map(|(name, _)| name);
+    assert_eq!(twice, allowed, "{versions:?}");
+}
+
+#[test]
+fn no_crate_needs_a_newer_compiler_than_this_package_says() {
+    let metadata = metadata();
+    let version = |package: &Value| -> Vec<u32> {
+        let parts = text(package, "rust_version").split('.');
+        let mut parts: Vec<u32> = parts.filter_map(|part| part.parse().ok()).collect();
+        parts.resize(3, 0);
+        parts
+    };
+    let own = version(own(&metadata));
+    assert!(own[1] > 0, "Cargo.toml has no rust-version");
+    for package in built(&metadata) {
+        let needed = version(package);
+        assert!(
+            needed <= own,
+            "{} needs Rust {needed:?}",
+            text(package, "name")
+        );
+    }
+}
+
+/// Each direct dependency is named once with its purpose, and nothing else is.
+#[test]
+fn the_map_says_why_each_dependency_is_there() {
+    let map = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("ARCHITECTURE.md"));
+    let map = map.unwrap();
+    let (_, section) = map.split_once("\n## Dependencies\n").unwrap();
+    let section = section.split("\n## ").next().unwrap();
+    let quoted = |text: &str| -> Vec<String> {
+        let parts = text.split('`').skip(1).step_by(2);
+        parts.map(str::to_owned).collect()
+    };
+    let (mut named, mut for_tests) = (BTreeSet::new(), BTreeSet::new());
+    for line in section.lines() {
+        let mut columns = line.trim_matches('|').split('|');
+        if let (true, Some(names), Some(purpose)) =
+            (line.starts_with("| `"), columns.next(), columns.next())
+        {
+            assert!(purpose.trim().len() > 5, "no purpose: {line}");
+            // Rooms are in brackets.
+            named.extend(quoted(names.split('[').next().unwrap()));
+        }
+    }
+    if let Some((_, rest)) = section.split_once("For tests alone: ") {
+        let sentence = rest.split("no dependencies").next().unwrap();
+        for_tests.extend(quoted(sentence));
+    }
+    let metadata = metadata();
+    let mut needed = BTreeSet::new();
+    for dependency in own(&metadata)["dependencies"].as_array().unwrap() {
+        let name = text(dependency, "name").to_owned();
+        match text(dependency, "kind") {
+            "dev" => assert!(
+                for_tests.contains(&name) || named.contains(&name),
+                "ARCHITECTURE.md does not say why {name} is there"
+            ),
+            _ => _ = needed.insert(name),
+        }
+    }
+    assert_eq!(
+        named, needed,
+        "the table of ARCHITECTURE.md and Cargo.toml differ"
+    );
+}
