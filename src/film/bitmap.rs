@@ -28,13 +28,15 @@ pub enum BitmapEncoding {
 /// The largest memory of an image as its decoder has it, in bytes.
 const LARGEST: u64 = 1 << 32;
 
-/// The most texels of an image: 16384 x 16384. A scene keeps 12 bytes of each, and reading takes as much again.
+/// The most texels of an image: 16384 x 16384. A scene keeps 12 bytes of each, and reading takes as much
+/// again.
 const MOST_TEXELS: u64 = 1 << 28;
 
 /// Bytes of an image for each byte of file, before it is refused as damaged.
 ///
-/// PNM packs nothing but eight black or white texels into a byte, each of which is decoded to a byte. Of other
-/// formats a black image is the extreme: PNG comes to 1032 (zlib's limit), JPEG, BMP and TGA to a few hundred.
+/// PNM packs nothing but eight black or white texels into a byte, each of which is decoded to a byte. Of
+/// other formats a black image is the extreme: PNG comes to 1032 (zlib's limit), JPEG, BMP and TGA to a few
+/// hundred.
 fn max_expansion(format: Option<ImageFormat>) -> u64 {
     match format {
         Some(ImageFormat::Pnm) => 8,
@@ -158,8 +160,8 @@ fn limits(format: Option<ImageFormat>, length: usize) -> Limits {
 
 /// The image of a decoder that has read the header of a file of so many bytes.
 ///
-/// `DynamicImage::from_decoder` takes the memory that the header asks for, whatever limits the decoder has: the
-/// size is checked before.
+/// `DynamicImage::from_decoder` takes the memory that the header asks for, whatever limits the decoder has:
+/// the size is checked before.
 fn image_of(
     mut decoder: impl ImageDecoder,
     format: Option<ImageFormat>,

@@ -32,8 +32,8 @@ use crate::run::{Error, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
 
-/// Fills a sensor with light of one mode. A wish to stop ends the frame under way: if it is the first, the image
-/// has what its photons brought so far, else it has the frames before it.
+/// Fills a sensor with light of one mode. A wish to stop ends the frame under way: if it is the first, the
+/// image has what its photons brought so far, else it has the frames before it.
 pub fn run(
     settings: &Settings,
     mode: Mode,

@@ -82,8 +82,8 @@ impl Weighted {
         }
     }
 
-    /// Bounds of a layer that hold for few photons, by the target's measure: `counts` are contributions of all
-    /// layers, and `largest` is the largest that this one may get.
+    /// Bounds of a layer that hold for few photons, by the target's measure: `counts` are contributions of
+    /// all layers, and `largest` is the largest that this one may get.
     fn sampling(
         &self,
         bounds: &Bounds,
