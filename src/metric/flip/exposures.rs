@@ -51,7 +51,18 @@ impl Exposures {
             median = median_of(&mut luminances);
         }
         let shown = Self::brightest_shown();
-        let (start, stop) = ((shown / brightest).log2(), (shown / median).log2());
+        // A median so dark that the quotient is infinite has a number of stops nevertheless; an exposure that is a
+        // number has 127 at most.
+        let stops = |luminance: f32| {
+            let stops = (shown / luminance).log2();
+            let stops = if stops.is_finite() {
+                stops
+            } else {
+                shown.log2() - luminance.log2()
+            };
+            stops.min(f32::MAX_EXP as f32 - 1.0)
+        };
+        let (start, stop) = (stops(brightest), stops(median));
         Some(Self {
             start,
             stop,
