@@ -135,7 +135,8 @@ impl Bitmap {
 fn decode(bytes: &[u8]) -> Result<(DynamicImage, bool), String> {
     if bytes.starts_with(b"#?") {
         // Radiance files may call themselves by other names than "RADIANCE": Mitsuba's say "RGBE".
-        let decoder = HdrDecoder::with_strictness(bytes, false).map_err(defect)?;
+        let decoder =
+            HdrDecoder::with_strictness(bytes, false).map_err(|error| error.to_string())?;
         return image_of(decoder, Some(ImageFormat::Hdr), bytes.len());
     }
     let mut reader = ImageReader::new(Cursor::new(bytes))
@@ -147,7 +148,7 @@ fn decode(bytes: &[u8]) -> Result<(DynamicImage, bool), String> {
     let format = reader.format();
     // What a decoder takes for itself while it reads the header.
     reader.limits(limits(format, bytes.len()));
-    let decoder = reader.into_decoder().map_err(defect)?;
+    let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
     image_of(decoder, format, bytes.len())
 }
 
@@ -177,9 +178,11 @@ fn image_of(
              allowed are {most} for each, and {LARGEST}"
         ));
     }
-    decoder.set_limits(limits(format, length)).map_err(defect)?;
+    decoder
+        .set_limits(limits(format, length))
+        .map_err(|error| error.to_string())?;
     let is_grey = !decoder.color_type().has_color();
-    let image = DynamicImage::from_decoder(decoder).map_err(defect)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
     Ok((image, is_grey))
 }
 
@@ -191,10 +194,6 @@ fn check_texels(width: u64, height: u64) -> Result<(), String> {
     Err(format!(
         "claims {width} x {height} texels: allowed are up to {MOST_TEXELS}"
     ))
-}
-
-fn defect(error: image::ImageError) -> String {
-    error.to_string()
 }
 
 /// The channels R, G, B or Y of an `OpenEXR` file; its only channel if it has neither.

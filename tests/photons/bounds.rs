@@ -158,7 +158,7 @@ fn bounds_cover_the_closed_form_in_texels_of_any_brightness() {
         let runs: Vec<_> = (0..SEEDS)
             .map(|seed| Photons::new(photons).seed(100 + seed).estimate(&scene))
             .collect();
-        for texel in 0..truth.len() {
+        for (texel, &true_value) in truth.iter().enumerate() {
             let counts: u64 = runs.iter().map(|run| run.counts[texel]).sum();
             let class = &mut classes[class(counts as f64 / SEEDS as f64)];
             for run in &runs {
@@ -173,9 +173,9 @@ fn bounds_cover_the_closed_form_in_texels_of_any_brightness() {
                 assert!(low <= value && value <= high);
                 // Nothing is known to be dark: not 0 ± 0.
                 assert!(high > 0.0);
-                dark += u32::from(truth[texel] > 0.0 && value == 0.0);
+                dark += u32::from(true_value > 0.0 && value == 0.0);
                 class[0] += 1.0;
-                class[1] += f64::from(u8::from(truth[texel] < low || truth[texel] > high));
+                class[1] += f64::from(u8::from(true_value < low || true_value > high));
             }
         }
     }
@@ -203,7 +203,7 @@ fn bounds_cover_the_closed_form_in_texels_of_any_brightness() {
 fn bounds_of_many_photons_are_those_of_the_standard_error() {
     let scene = bundled("glass-ball", 16);
     let estimate = Photons::new(1 << 20).seed(3).estimate(&scene);
-    let (values, errors) = layer(&estimate, "LTTD", 0);
+    let (_, errors) = layer(&estimate, "LTTD", 0);
     let found = estimate
         .layers
         .iter()
@@ -212,13 +212,13 @@ fn bounds_of_many_photons_are_those_of_the_standard_error() {
     let bounds = found.sampling.as_ref().unwrap();
     let quantile = student::two_sided_quantile(1.0 - STATED, 31);
     let mut judged = 0;
-    for texel in 0..values.len() {
+    for (texel, error) in errors.iter().enumerate() {
         if estimate.counts[texel] < 20_000 {
             continue;
         }
         judged += 1;
         let width = 0.5 * (bounds.high[texel].0[0] - bounds.low[texel].0[0]);
-        let ratio = width / (quantile * errors[texel]);
+        let ratio = width / (quantile * error);
         // One more photon, of 20,000.
         assert!((0.999..1.02).contains(&ratio), "{ratio}");
     }

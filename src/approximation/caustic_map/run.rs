@@ -71,9 +71,9 @@ pub fn run(
     }
     if frames < settings.frames {
         let missing = f64::from(settings.frames) / f64::from(frames.max(1));
-        values
-            .iter_mut()
-            .for_each(|value| *value = *value * missing);
+        for value in &mut values {
+            *value *= missing;
+        }
     }
     let counters = Work::of_frame(&pipeline.work.map(|done| done.work));
     let is_dark = values.iter().all(|value| value.is_black());

@@ -94,7 +94,7 @@ impl Weighted {
         let ends = bounds.of_texels(&self.flux, &self.variance, counts, largest);
         let [low, high] = ends.map(|mut end| {
             for (bound, factor) in end.iter_mut().zip(per_measure) {
-                *bound = *bound * *factor;
+                *bound *= *factor;
             }
             end
         });
