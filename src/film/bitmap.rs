@@ -29,13 +29,15 @@ pub enum BitmapEncoding {
 /// The largest memory of an image as its decoder has it, in bytes.
 const LARGEST: u64 = 1 << 32;
 
-/// The most texels of an image: 16384 x 16384. A scene keeps 12 bytes of each, and reading takes as much again.
+/// The most texels of an image: 16384 x 16384. A scene keeps 12 bytes of each, and reading takes as much
+/// again.
 const MOST_TEXELS: u64 = 1 << 28;
 
 /// Bytes of an image for each byte of file, before it is refused as damaged.
 ///
-/// PNM packs nothing but eight black or white texels into a byte, each of which is decoded to a byte. Of other
-/// formats a black image is the extreme: PNG comes to 1032 (zlib's limit), JPEG, BMP and TGA to a few hundred.
+/// PNM packs nothing but eight black or white texels into a byte, each of which is decoded to a byte. Of
+/// other formats a black image is the extreme: PNG comes to 1032 (zlib's limit), JPEG, BMP and TGA to a few
+/// hundred.
 fn max_expansion(format: Option<ImageFormat>) -> u64 {
     match format {
         Some(ImageFormat::Pnm) => 8,
@@ -134,7 +136,8 @@ impl Bitmap {
 fn decode(bytes: &[u8]) -> Result<(DynamicImage, bool), String> {
     if bytes.starts_with(b"#?") {
         // Radiance files may call themselves by other names than "RADIANCE": Mitsuba's say "RGBE".
-        let decoder = HdrDecoder::with_strictness(bytes, false).map_err(defect)?;
+        let decoder =
+            HdrDecoder::with_strictness(bytes, false).map_err(|error| error.to_string())?;
         return image_of(decoder, Some(ImageFormat::Hdr), bytes.len());
     }
     let mut reader = ImageReader::new(Cursor::new(bytes))
@@ -146,7 +149,7 @@ fn decode(bytes: &[u8]) -> Result<(DynamicImage, bool), String> {
     let format = reader.format();
     // What a decoder takes for itself while it reads the header.
     reader.limits(limits(format, bytes.len()));
-    let decoder = reader.into_decoder().map_err(defect)?;
+    let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
     image_of(decoder, format, bytes.len())
 }
 
@@ -159,8 +162,8 @@ fn limits(format: Option<ImageFormat>, length: usize) -> Limits {
 
 /// The image of a decoder that has read the header of a file of so many bytes.
 ///
-/// `DynamicImage::from_decoder` takes the memory that the header asks for, whatever limits the decoder has: the
-/// size is checked before.
+/// `DynamicImage::from_decoder` takes the memory that the header asks for, whatever limits the decoder has:
+/// the size is checked before.
 fn image_of(
     mut decoder: impl ImageDecoder,
     format: Option<ImageFormat>,
@@ -176,9 +179,11 @@ fn image_of(
              allowed are {most} for each, and {LARGEST}"
         ));
     }
-    decoder.set_limits(limits(format, length)).map_err(defect)?;
+    decoder
+        .set_limits(limits(format, length))
+        .map_err(|error| error.to_string())?;
     let is_grey = !decoder.color_type().has_color();
-    let image = DynamicImage::from_decoder(decoder).map_err(defect)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
     Ok((image, is_grey))
 }
 
@@ -190,10 +195,6 @@ fn check_texels(width: u64, height: u64) -> Result<(), String> {
     Err(format!(
         "claims {width} x {height} texels: allowed are up to {MOST_TEXELS}"
     ))
-}
-
-fn defect(error: image::ImageError) -> String {
-    error.to_string()
 }
 
 /// The channels R, G, B or Y of an `OpenEXR` file; its only channel if it has neither.

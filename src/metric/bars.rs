@@ -18,8 +18,8 @@ pub struct Bars<'a> {
     pub freedom: f64,
 }
 
-/// Effective number of samples, (value / standard error)², from which a standard error is one. Of n samples of equal
-/// weight z² is too large by 3/n in the mean: by 3 %, which is less than the 7 % of 32 replicates.
+/// Effective number of samples, (value / standard error)², from which a standard error is one. Of n samples
+/// of equal weight z² is too large by 3/n in the mean: by 3 %, which is less than the 7 % of 32 replicates.
 const MANY: f64 = 100.0;
 
 impl Bars<'_> {

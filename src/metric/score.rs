@@ -39,8 +39,8 @@ impl TestPair<'_> {
     /// (Welch 1947; Satterthwaite 1946). A value with bounds is all of lo..=hi at once: o − r is then the
     /// distance between the intervals, zero if they overlap. An image without any error bars counts as exact.
     ///
-    /// A value of few samples is all between its bounds by them ([`Bars::sampling`]), if there are any. Their half
-    /// distance then stands for σ: beyond it, tails are longer than normal ones.
+    /// A value of few samples is all between its bounds by them ([`Bars::sampling`]), if there are any. Their
+    /// half distance then stands for σ: beyond it, tails are longer than normal ones.
     ///
     /// `None` if an image has standard errors, but zero at this texel and no bounds. A texel that no sample
     /// reached has 0 ± 0, which means that nothing is known.

@@ -45,8 +45,8 @@ pub struct Significance {
     /// sample arrived. They are not tested.
     #[doc(hidden)]
     pub untested: u64,
-    /// Number of texels times channels where few samples arrived, with bounds by them. They take part in the test of
-    /// all, and not in the means and the histogram: they have no distribution.
+    /// Number of texels times channels where few samples arrived, with bounds by them. They take part in the
+    /// test of all, and not in the means and the histogram: they have no distribution.
     #[doc(hidden)]
     pub few: u64,
     /// Mean of z: 0 if the images agree.

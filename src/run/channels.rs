@@ -6,8 +6,8 @@ use crate::radiometry::Rgb;
 
 impl Estimate {
     /// Its layers as channels, in its unit: `E` (of a camera `L`), `LD`, `LRD`, ..., each with `.R .G .B` and
-    /// `.stderr.R .stderr.G .stderr.B`; of methods with bounds `.lo.R` ... and `.hi.R` ... instead, or both if
-    /// they also draw at random. If the bounds are of the same draws as the standard errors, the attribute
+    /// `.stderr.R .stderr.G .stderr.B`; of methods with bounds `.lo.R` ... and `.hi.R` ... instead, or both
+    /// if they also draw at random. If the bounds are of the same draws as the standard errors, the attribute
     /// `confidence` has theirs; there is no other.
     ///
     /// # Example: names of the channels

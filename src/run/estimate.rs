@@ -140,9 +140,9 @@ pub struct Layer {
     pub standard_error: Vec<Rgb>,
     /// Lower and upper bounds of each, where the method gives any.
     pub interval: Option<Interval>,
-    /// Bounds of each by its samples alone, with a confidence of 99.9 % each, of methods that know them. Unlike
-    /// a standard error they hold where few samples arrived, or none. They are of the same draws as the standard
-    /// error: a difference is judged by one of the two.
+    /// Bounds of each by its samples alone, with a confidence of 99.9 % each, of methods that know them.
+    /// Unlike a standard error they hold where few samples arrived, or none. They are of the same draws as
+    /// the standard error: a difference is judged by one of the two.
     pub sampling: Option<Interval>,
 }
 

@@ -2,10 +2,12 @@
 
 use ::exr::prelude::Compression as Packing;
 use flate2::Compression;
+use nephroid::internals::film::bitmap::{Bitmap, BitmapEncoding};
 use nephroid::internals::film::{Channel, Image};
+use nephroid::internals::study::StudyFile;
 
 use super::honest::{Kind, after, written};
-use super::watch::{TIMES_HONEST, alone};
+use super::watch::{TIMES_HONEST, alone, watched};
 use crate::support::geometry::icosphere;
 use crate::support::mutation::{PACKINGS, film, serialized, serialized_contents};
 
@@ -176,4 +178,80 @@ fn compressed_zeros_do_not_fill_the_memory() {
             "{error}: {peak} bytes of heap, {allowed} are allowed"
         );
     }
+}
+
+/// Pictures of every format whose header claims more than any memory, with a few bytes behind it.
+#[test]
+fn pictures_that_claim_more_than_they_hold_reserve_nothing() {
+    let _alone = alone();
+    let size = |claimed: u32| claimed.to_le_bytes();
+    let mut bmp = b"BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0".to_vec();
+    bmp.extend([size(60_000), size(60_000)].concat());
+    bmp.extend([&[1, 0, 24, 0][..], &[0; 24], &[7; 64]].concat());
+    let tga = [
+        &[0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0][..],
+        &[0xff; 4],
+        &[24, 0],
+        &[7; 64],
+    ]
+    .concat();
+    let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n\x02\x02\xea\x60".to_vec();
+    for (name, bytes, says) in [
+        (
+            "PNM",
+            b"P6 60000 60000 255\nabc".to_vec(),
+            "allowed are up to 268435456",
+        ),
+        (
+            "PNM",
+            b"P4 16000 16000\nabc".to_vec(),
+            "allowed are 8 for each",
+        ),
+        (
+            "PNM",
+            b"P5 16000 16000 65535\nabc".to_vec(),
+            "claims 16000 x 16000 texels, which take 512000000 bytes",
+        ),
+        ("BMP", bmp, "claims 60000 x 60000"),
+        ("TGA", tga, "claims 65535 x 65535"),
+        ("HDR", hdr, "claims 60000 x 60000"),
+    ] {
+        let length = bytes.len();
+        let outcome = watched(name, move || {
+            Bitmap::read(&bytes, BitmapEncoding::Raw).map(drop)
+        });
+        let peak = outcome.peak;
+        let error = outcome.refusal(name);
+        assert!(error.contains(says), "{name}: {error}");
+        // Buffers of readers; what it claims is a thousand times as much.
+        assert!(peak < 100_000, "{name}: {peak} bytes of heap for {length}");
+    }
+}
+
+/// A line of a study can ask for a thousand runs.
+#[test]
+fn studies_of_more_runs_than_anyone_means_are_refused() {
+    let _alone = alone();
+    let line = "[[method]]\nmethod = \"photons\"\nseed = { from = 1, to = 1000, step = 1 }\n";
+    let of = |methods: usize| format!("scene = \"a.xml\"\n{}", line.repeat(methods));
+    assert!(StudyFile::parse("a.toml".as_ref(), &of(10)).is_ok());
+    let many = of(1000);
+    let outcome = watched("a study", move || {
+        StudyFile::parse("a.toml".as_ref(), &many)
+            .map(drop)
+            .map_err(|error| error.to_string())
+    });
+    let peak = outcome.peak;
+    let error = outcome.refusal("a study");
+    assert!(error.contains("more than 10000 runs"), "{error}");
+    // Of a million runs, which would take hundreds of megabytes, eleven thousand were listed.
+    assert!(peak < 32_000_000, "{peak} bytes of heap");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.toml");
+    std::fs::write(&path, "#".repeat((1 << 20) + 1)).unwrap();
+    let error = StudyFile::read(&path).unwrap_err().to_string();
+    assert!(
+        error.contains("long.toml") && error.contains("1048576 bytes"),
+        "{error}"
+    );
 }

@@ -1,25 +1,38 @@
 //! Bounds by few photons hold as often as they promise, texels that no photon reached included.
 
 use nephroid::internals::numeric::distributions::chi_squared_survival;
+use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::closed_form::{GlassBall, KnownPath, TexelGrid};
-use nephroid::internals::reference::photons::bounds::{Bounds, CONFIDENCE, Sum};
+use nephroid::internals::reference::photons::bounds::{
+    Bounds, CONFIDENCE, ENOUGH, Sum, largest_possible,
+};
+use nephroid::internals::reference::photons::weights::Largest;
+use nephroid::{Budget, CompareImage, CompareSettings, Context, Method, compare};
 
 use crate::support::scenes::layer;
 use crate::support::{Photons, bundled, student};
 
+/// What documents and files say: the code's own must be it.
+const STATED: f64 = 0.999;
+
+#[test]
+fn the_confidence_is_the_stated_one() {
+    assert_eq!(CONFIDENCE, STATED);
+}
+
 /// The most misses of `trials` at the stated confidence: four standard deviations of a binomial number.
 fn most_misses(trials: f64) -> f64 {
-    let expected = (1.0 - CONFIDENCE) * trials;
+    let expected = (1.0 - STATED) * trials;
     expected + 4.0 * expected.sqrt()
 }
 
-/// Of equal weights the bounds are Garwood's of a Poisson mean, which are exact: high is the mean at which n or
-/// fewer have the probability α/2, low that at which n or more have it. The formula for quantiles may only be too
-/// wide.
+/// Of equal weights the bounds are Garwood's of a Poisson mean, which are exact: high is the mean at which n
+/// or fewer have the probability α/2, low that at which n or more have it. The formula for quantiles may only
+/// be too wide.
 #[test]
 fn bounds_of_equal_weights_are_no_narrower_than_the_exact_ones() {
     let bounds = Bounds::new(1 << 20);
-    let tail = 0.5 * (1.0 - CONFIDENCE);
+    let tail = 0.5 * (1.0 - STATED);
     for n in (0_u32..200).chain([1000, 10_000]) {
         let total = f64::from(n);
         let [low, high] = bounds.of(&Sum {
@@ -39,7 +52,7 @@ fn bounds_of_equal_weights_are_no_narrower_than_the_exact_ones() {
         // And not much wider: the mean that has half of that probability is beyond.
         let wider = chi_squared_survival(2.0 * 1.05 * high, 2.0 * (total + 1.0));
         assert!(wider < 0.75 * tail, "{n}: {wider}");
-        let exact = (2.0 / (1.0 - CONFIDENCE)).ln();
+        let exact = (2.0 / (1.0 - STATED)).ln();
         if n == 0 {
             assert!((exact..1.04 * exact).contains(&high), "{high} of {exact}");
         }
@@ -71,8 +84,8 @@ impl Random {
     }
 }
 
-/// Compound Poisson sums of known mean: equal weights, weights from 0 to the largest, and few that are 25 times as
-/// large as the many, as where glass reflects and transmits.
+/// Compound Poisson sums of known mean: equal weights, weights from 0 to the largest, and few that are 25
+/// times as large as the many, as where glass reflects and transmits.
 #[test]
 fn bounds_cover_sums_of_any_number_of_contributions() {
     const REPLICATES: usize = 32;
@@ -119,7 +132,8 @@ fn bounds_cover_sums_of_any_number_of_contributions() {
     }
 }
 
-/// A glass ball's caustic at so few photons that most texels have none, and at many; the truth is a closed form.
+/// A glass ball's caustic at so few photons that most texels have none, and at many; the truth is a closed
+/// form.
 #[test]
 fn bounds_cover_the_closed_form_in_texels_of_any_brightness() {
     const SIDE: usize = 48;
@@ -144,7 +158,7 @@ fn bounds_cover_the_closed_form_in_texels_of_any_brightness() {
         let runs: Vec<_> = (0..SEEDS)
             .map(|seed| Photons::new(photons).seed(100 + seed).estimate(&scene))
             .collect();
-        for texel in 0..truth.len() {
+        for (texel, &true_value) in truth.iter().enumerate() {
             let counts: u64 = runs.iter().map(|run| run.counts[texel]).sum();
             let class = &mut classes[class(counts as f64 / SEEDS as f64)];
             for run in &runs {
@@ -159,9 +173,9 @@ fn bounds_cover_the_closed_form_in_texels_of_any_brightness() {
                 assert!(low <= value && value <= high);
                 // Nothing is known to be dark: not 0 ± 0.
                 assert!(high > 0.0);
-                dark += u32::from(truth[texel] > 0.0 && value == 0.0);
+                dark += u32::from(true_value > 0.0 && value == 0.0);
                 class[0] += 1.0;
-                class[1] += f64::from(u8::from(truth[texel] < low || truth[texel] > high));
+                class[1] += f64::from(u8::from(true_value < low || true_value > high));
             }
         }
     }
@@ -189,24 +203,90 @@ fn bounds_cover_the_closed_form_in_texels_of_any_brightness() {
 fn bounds_of_many_photons_are_those_of_the_standard_error() {
     let scene = bundled("glass-ball", 16);
     let estimate = Photons::new(1 << 20).seed(3).estimate(&scene);
-    let (values, errors) = layer(&estimate, "LTTD", 0);
+    let (_, errors) = layer(&estimate, "LTTD", 0);
     let found = estimate
         .layers
         .iter()
         .find(|it| it.name.to_string() == "LTTD")
         .unwrap();
     let bounds = found.sampling.as_ref().unwrap();
-    let quantile = student::two_sided_quantile(1.0 - CONFIDENCE, 31);
+    let quantile = student::two_sided_quantile(1.0 - STATED, 31);
     let mut judged = 0;
-    for texel in 0..values.len() {
+    for (texel, error) in errors.iter().enumerate() {
         if estimate.counts[texel] < 20_000 {
             continue;
         }
         judged += 1;
         let width = 0.5 * (bounds.high[texel].0[0] - bounds.low[texel].0[0]);
-        let ratio = width / (quantile * errors[texel]);
+        let ratio = width / (quantile * error);
         // One more photon, of 20,000.
         assert!((0.999..1.02).contains(&ratio), "{ratio}");
     }
     assert!(judged >= 4, "{judged}");
+}
+
+/// Of a layer with few contributions the largest is not known by them; on a surface no contribution is larger
+/// than a photon at its start, on a camera nothing is known but other layers'.
+#[test]
+fn the_largest_contribution_of_a_dim_layer_is_not_taken_from_the_few_it_got() {
+    let with = |flux: f64, contributions: u64| Largest {
+        flux: Rgb::grey(flux),
+        emitted: Rgb::grey(5.0),
+        contributions,
+    };
+    let all = with(3.0, ENOUGH + 10);
+    let of = |layer: &Largest, is_camera| largest_possible(layer, &all, is_camera).0[0];
+    assert_eq!(of(&with(2.0, ENOUGH), false), 2.0);
+    assert_eq!(of(&with(2.0, ENOUGH - 1), false), 5.0);
+    // Shading normals may add to what sets out.
+    assert_eq!(of(&with(6.0, 10), false), 6.0);
+    assert_eq!(of(&with(2.0, 10), true), 3.0);
+    let nothing = with(0.0, 0);
+    assert!(largest_possible(&nothing, &nothing, true).0[0].is_nan());
+}
+
+/// A film of few photons against one of many: texels of few take part by their bounds, others by their
+/// standard errors, and no scatter counts twice.
+#[test]
+fn films_of_photons_are_compared_by_bounds_where_photons_are_few_and_by_standard_errors_elsewhere()
+{
+    let scene = bundled("glass-ball", 32);
+    let sensor = crate::support::scenes::meter(&scene);
+    let film = |photons: u64, seed: u64| {
+        let given = [("seed".to_owned(), seed.to_string())].into();
+        let method = Method::new("photons", &given).unwrap();
+        let budget = Budget::work(photons);
+        let rendering = method
+            .run(&scene, sensor, &budget, &Context::default())
+            .unwrap();
+        CompareImage::new(format!("{seed}.exr"), rendering.image(&scene))
+    };
+    let [few, many] = [film(1 << 18, 1), film(1 << 21, 2)];
+    assert!(few.image.channel("LTTD.lo.R").is_some() && few.image.channel("LTTD.hi.R").is_some());
+    assert!(
+        few.image
+            .metadata("confidence")
+            .unwrap()
+            .starts_with("0.999")
+    );
+    let report = compare(&many, &few, &CompareSettings::default()).unwrap();
+    let layer = report.layers.iter().find(|it| it.layer == "LTTD").unwrap();
+    let tests = layer.significance.as_ref().unwrap();
+    println!("{tests:?}");
+    assert!(!tests.has_bounds && tests.untested == 0);
+    assert!(
+        tests.few > 500 && tests.tests > 30,
+        "{} {}",
+        tests.few,
+        tests.tests
+    );
+    assert!(!tests.family.different);
+    // ν/(ν − 2) of 31 degrees of freedom is 1.07, and 3/100 more at most; four standard deviations of a mean
+    // of χ².
+    let off = 4.0 * (2.0 / tests.tests as f64).sqrt();
+    assert!(
+        (tests.mean_square_z - 1.08).abs() < 1.1 * off,
+        "{}",
+        tests.mean_square_z
+    );
 }

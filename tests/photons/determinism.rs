@@ -203,6 +203,56 @@ fn a_damaged_shard_is_refused_and_never_a_panic() {
     }
 }
 
+/// Whoever merges sums takes them at their header's word: numbers that contradict them are refused.
+#[test]
+fn a_shard_whose_header_contradicts_its_sums_is_refused() {
+    let scene = load("glass-ball.xml");
+    let sensor = meter(&scene);
+    let progress = Progress::default();
+    let setup = Setup::new(&scene, sensor, settings(StreamKind::Sobol), &progress).unwrap();
+    let shard = Shard { index: 1, count: 3 };
+    let part = setup.run_shard(&sensor.id, &photons(500), shard).unwrap();
+    let mut bytes = Vec::new();
+    part.unwrap().write_to(&mut bytes).unwrap();
+    let ends: Vec<usize> = (0..bytes.len())
+        .filter(|&at| bytes[at] == b'\n')
+        .take(2)
+        .collect();
+    let header = std::str::from_utf8(&bytes[ends[0] + 1..ends[1]]).unwrap();
+    let replicates = settings(StreamKind::Sobol).replicates;
+    for (old, new, says) in [
+        (
+            format!("\"replicates\":{replicates},\"photons_each\""),
+            "\"replicates\":99,\"photons_each\"",
+            "replicates",
+        ),
+        (
+            "\"index\":1".to_owned(),
+            "\"index\":3",
+            "allowed are 0 to 2",
+        ),
+        ("\"count\":3".to_owned(), "\"count\":0", "part 1 of 0"),
+        (format!("\"texels\":{}", 48 * 48), "\"texels\":7", "texels"),
+        (
+            "\"photons_each\":100".to_owned(),
+            "\"photons_each\":18446744073709551615",
+            "2^64",
+        ),
+        (
+            "{\"largest\"".to_owned(),
+            "{\"largest\":[0,0,0],\"contributions\":0},{\"largest\"",
+            "layers",
+        ),
+    ] {
+        assert!(header.contains(&old), "{old} in {header}");
+        let header = header.replacen(&old, new, 1);
+        let changed = [&bytes[..=ends[0]], header.as_bytes(), &bytes[ends[1]..]].concat();
+        let error = Part::read_from(&changed[..]).unwrap_err().to_string();
+        assert!(error.contains(says), "{new}: {error}");
+    }
+    assert!(Part::read_from(&bytes[..]).is_ok());
+}
+
 #[test]
 fn files_are_the_same_but_for_their_timing() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! The entry points of everything that reads a file, by the name of a fuzz target: shared by `fuzz/`, which makes
-//! long runs on new inputs, and `tests/hostile/replay.rs`, which replays the inputs that are kept.
+//! The entry points of everything that reads a file, by the name of a fuzz target: shared by `fuzz/`, which
+//! makes long runs on new inputs, and `tests/hostile/replay.rs`, which replays the inputs that are kept.
 //!
 //! Errors are fine: the claim is that each returns, in little time and memory, without a panic.
 

@@ -33,8 +33,8 @@ use crate::run::{Error, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
 
-/// Fills a sensor with light of one mode. A wish to stop ends the frame under way: if it is the first, the image
-/// has what its photons brought so far, else it has the frames before it.
+/// Fills a sensor with light of one mode. A wish to stop ends the frame under way: if it is the first, the
+/// image has what its photons brought so far, else it has the frames before it.
 pub fn run(
     settings: &Settings,
     mode: Mode,
@@ -72,9 +72,9 @@ pub fn run(
     }
     if frames < settings.frames {
         let missing = f64::from(settings.frames) / f64::from(frames.max(1));
-        values
-            .iter_mut()
-            .for_each(|value| *value = *value * missing);
+        for value in &mut values {
+            *value *= missing;
+        }
     }
     let counters = Work::of_frame(&pipeline.work.map(|done| done.work));
     let is_dark = values.iter().all(|value| value.is_black());

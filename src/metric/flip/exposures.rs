@@ -52,10 +52,18 @@ impl Exposures {
             median = median_of(&mut luminances);
         }
         let shown = Self::brightest_shown();
-        let (start, stop) = (
-            single::log2(shown / brightest),
-            single::log2(shown / median),
-        );
+        // A median so dark that the quotient is infinite has a number of stops nevertheless; an exposure that is a
+        // number has 127 at most.
+        let stops = |luminance: f32| {
+            let stops = single::log2(shown / luminance);
+            let stops = if stops.is_finite() {
+                stops
+            } else {
+                single::log2(shown) - single::log2(luminance)
+            };
+            stops.min(f32::MAX_EXP as f32 - 1.0)
+        };
+        let (start, stop) = (stops(brightest), stops(median));
         Some(Self {
             start,
             stop,

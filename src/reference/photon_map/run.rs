@@ -17,8 +17,8 @@ use crate::scene::{Scene, Sensor};
 impl Setup<'_> {
     /// Spends the budget and delivers the estimate, and the report on its bias.
     ///
-    /// The unit of a round is a pass: one map for each replicate. Radii go on shrinking from round to round. A run
-    /// that is stopped has the rounds before, at least half of what was gathered.
+    /// The unit of a round is a pass: one map for each replicate. Radii go on shrinking from round to round.
+    /// A run that is stopped has the rounds before, at least half of what was gathered.
     ///
     /// # Errors
     ///

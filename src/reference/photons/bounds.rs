@@ -1,36 +1,37 @@
 //! Bounds of a texel's flux that hold for few photons, too, and for none.
 //!
-//! A standard error from the scatter of replicates is 0 where no photon arrived, and far off where few did. The
-//! sum T of a texel's contributions wᵢ is a compound Poisson variable: contributions are independent, and their
-//! number is random. (Sobol' points are more even than that, which makes bounds too wide, not too narrow.) Its
-//! variance is E Σ wᵢ². The gamma interval of Fay and Feuer (*Statistics in Medicine* 16, 1997, equations 9 and
-//! 10) covers its mean μ; for equal weights it is Garwood's exact interval of a Poisson mean:
+//! A standard error from the scatter of replicates is 0 where no photon arrived, and far off where few did.
+//! The sum T of a texel's contributions wᵢ is a compound Poisson variable: contributions are independent, and
+//! their number is random. (Sobol' points are more even than that, which makes bounds too wide, not too
+//! narrow.) Its variance is E Σ wᵢ². The gamma interval of Fay and Feuer (*Statistics in Medicine* 16, 1997,
+//! equations 9 and 10) covers its mean μ; for equal weights it is Garwood's exact interval of a Poisson mean:
 //!
 //! ```text
 //! low  = V/T · G(α/2;  T²/V)
 //! high = (V + W²)/(T + W) · G(1 − α/2;  (T + W)²/(V + W²))
 //! ```
 //!
-//! G(p; k) is the quantile of a gamma variable of shape k and scale 1, V estimates the variance of T, and W is
-//! the largest contribution that there may be: one more photon than was seen. Without any, T = V = 0 and
+//! G(p; k) is the quantile of a gamma variable of shape k and scale 1, V estimates the variance of T, and W
+//! is the largest contribution that there may be: one more photon than was seen. Without any, T = V = 0 and
 //! high = W ln(2/α). α is 1 − [`CONFIDENCE`].
 //!
-//! **V** comes from the replicates, as the standard error does: of n ≪ R contributions, each in a replicate of its
-//! own, ΣS² is Σ w². It is an estimate with R − 1 degrees of freedom, and can be small by chance. Two things
-//! help:
+//! **V** comes from the replicates, as the standard error does: of n ≪ R contributions, each in a replicate
+//! of its own, ΣS² is Σ w². It is an estimate with R − 1 degrees of freedom, and can be small by chance. Two
+//! things help:
 //!
-//! - Σ wᵢ² ≥ T²/n (Cauchy and Schwarz) for n contributions in all. Up to 4 R of them, V is at least that. Of more,
+//! - Σ wᵢ² ≥ T²/n (Cauchy and Schwarz) for n contributions in all. Up to 4 R of them, V is at least that. Of
+//!   more,
 //!   Sobol' points may have less scatter than a Poisson variable, and replicates tell it well enough.
 //! - For more than R contributions, Student's quantile t with R − 1 degrees of freedom takes the place of the
 //!   normal one in G. For many, the interval is then T ± t √V.
 //!
 //! One replicate says nothing of the scatter: V is then W T, the most that weights up to W allow.
 //!
-//! **W** is the largest contribution of the layer that any photon of the run brought. The next one is larger with
-//! probability 1/(N + 1) after N. Of fewer than [`ENOUGH`], the largest flux of a photon at its start stands in
-//! for it: on a receiver no contribution is larger, but for what shading normals add, which counts as it is seen.
-//! A camera's contributions have no such bound: there it is the largest of all layers, and nothing is known
-//! without any.
+//! **W** is the largest contribution of the layer that any photon of the run brought. The next one is larger
+//! with probability 1/(N + 1) after N. Of fewer than [`ENOUGH`], the largest flux of a photon at its start
+//! stands in for it: on a receiver no contribution is larger, but for what shading normals add, which counts
+//! as it is seen. A camera's contributions have no such bound: there it is the largest of all layers, and
+//! nothing is known without any.
 //!
 //! **G** is Wilson and Hilferty's (*PNAS* 17, 1931), k (1 − 1/(9 k) ± q/(3 √k))³ with q = 3.29: at this
 //! confidence it is 3 % too wide for k = 1, 0.02 % for 100, and never too narrow (`tests/photons/bounds.rs`).
@@ -161,8 +162,8 @@ impl Bounds {
     }
 }
 
-/// The quantile of a gamma variable of this mean and variance, by Wilson and Hilferty; `width` is that of a normal
-/// variable. 0 for a mean of 0.
+/// The quantile of a gamma variable of this mean and variance, by Wilson and Hilferty; `width` is that of a
+/// normal variable. 0 for a mean of 0.
 fn gamma_quantile(mean: f64, variance: f64, width: f64) -> f64 {
     if mean <= 0.0 || variance <= 0.0 {
         return mean;
@@ -174,8 +175,8 @@ fn gamma_quantile(mean: f64, variance: f64, width: f64) -> f64 {
     mean * (root * root * root)
 }
 
-/// The largest contribution that a layer may get, from those that it and all layers got and the photons at their
-/// start; all in one unit.
+/// The largest contribution that a layer may get, from those that it and all layers got and the photons at
+/// their start; all in one unit.
 pub fn largest_possible(layer: &Largest, all: &Largest, is_camera: bool) -> Rgb {
     if layer.contributions >= ENOUGH {
         return layer.flux;

@@ -82,8 +82,8 @@ impl Weighted {
         }
     }
 
-    /// Bounds of a layer that hold for few photons, by the target's measure: `counts` are contributions of all
-    /// layers, and `largest` is the largest that this one may get.
+    /// Bounds of a layer that hold for few photons, by the target's measure: `counts` are contributions of
+    /// all layers, and `largest` is the largest that this one may get.
     fn sampling(
         &self,
         bounds: &Bounds,
@@ -94,7 +94,7 @@ impl Weighted {
         let ends = bounds.of_texels(&self.flux, &self.variance, counts, largest);
         let [low, high] = ends.map(|mut end| {
             for (bound, factor) in end.iter_mut().zip(per_measure) {
-                *bound = *bound * *factor;
+                *bound *= *factor;
             }
             end
         });

@@ -9,8 +9,8 @@
 //!
 //! One file a step: [`mod@run`] spends the budget in rounds, [`replicate`] traces one
 //! randomisation, [`layers`] gives path signatures their layers, [`sums`] keeps exact sums of
-//! a round, [`weights`] the largest contributions, [`finish`] turns them into an [`Estimate`](crate::run::Estimate), and [`shard`] carries
-//! them from machine to machine.
+//! a round, [`weights`] the largest contributions, [`finish`] turns them into an
+//! [`Estimate`](crate::run::Estimate), and [`shard`] carries them from machine to machine.
 
 pub mod bounds;
 pub mod finish;

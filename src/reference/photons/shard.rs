@@ -331,8 +331,8 @@ impl Part {
         let layers: Vec<Accumulator> = (0..=header.run.layers.len())
             .map(|_| Accumulator::read_from(&mut reader))
             .collect::<Result<_, _>>()?;
-        // Flux ends once, in 2⁶³ quanta a replicate at most, and there are up to 2³² replicates: an honest sum
-        // stays below 2⁹⁵. Sums of 2²⁷ shards below 2¹⁰⁰ do not overflow.
+        // Flux ends once, in 2⁶³ quanta a replicate at most, and there are up to 2³² replicates: an honest
+        // sum stays below 2⁹⁵. Sums of 2²⁷ shards below 2¹⁰⁰ do not overflow.
         let possible = |number: &i128| number.unsigned_abs() < 1 << 100;
         let numbers = header
             .ledger

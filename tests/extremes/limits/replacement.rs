@@ -273,8 +273,8 @@ fn a_kill_while_a_result_is_replaced_leaves_the_old_or_the_new_one() {
     assert!(torn.iter().any(|size| *size > 0), "{torn:?}");
 }
 
-/// Whoever interrupts a run while it writes its whole result comes too late, and the program says so: the exit code
-/// is that of the file's mark.
+/// Whoever interrupts a run while it writes its whole result comes too late, and the program says so: the
+/// exit code is that of the file's mark.
 #[test]
 fn an_interrupt_while_a_result_is_written_ends_as_the_file_says() {
     let replacement = Replacement::new(512);
