@@ -3,18 +3,20 @@
 use super::math;
 use glam::{DMat3, DVec2, DVec3};
 
-/// The unit vector at `angle` [rad] from the x axis, towards y.
+/// The unit vector at `angle` \[rad\] from the x axis, towards y.
 pub fn direction(angle: f64) -> DVec2 {
     let (sin, cos) = math::sin_cos(angle);
     DVec2::new(cos, sin)
 }
 
-/// The angle [rad] in [0, π] between two vectors of any lengths, accurate near 0 and π too; 0 if either is 0.
+/// The angle \[rad\] in \[0, π\] between two vectors of any lengths, accurate near 0 and π too. It is 0 if
+/// either vector is 0.
 pub fn angle_between(a: DVec3, b: DVec3) -> f64 {
     math::atan2(a.cross(b).length(), a.dot(b))
 }
 
-/// The rotation by `angle` [rad] about the unit vector `axis`, against the clock if it points to the viewer.
+/// The rotation by `angle` \[rad\] about the unit vector `axis`, against the clock if it points to the
+/// viewer.
 ///
 /// Rodrigues' formula: cos·I + (1 − cos)·axis axisᵀ + sin·\[axis\]ₓ.
 pub fn about(axis: DVec3, angle: f64) -> DMat3 {
