@@ -224,7 +224,7 @@ fn a_shard_whose_header_contradicts_its_sums_is_refused() {
         (
             format!("\"replicates\":{replicates},\"photons_each\""),
             "\"replicates\":99,\"photons_each\"",
-            "replicates",
+            "its sums have",
         ),
         (
             "\"index\":1".to_owned(),

@@ -52,8 +52,8 @@ impl Exposures {
             median = median_of(&mut luminances);
         }
         let shown = Self::brightest_shown();
-        // A median so dark that the quotient is infinite has a number of stops nevertheless; an exposure that is a
-        // number has 127 at most.
+        // A median so dark that the quotient is infinite has a number of stops nevertheless; an exposure that
+        // is a number has 127 at most.
         let stops = |luminance: f32| {
             let stops = single::log2(shown / luminance);
             let stops = if stops.is_finite() {
