@@ -51,14 +51,13 @@ fn choose_view(
         "no sensor is an irradiancemeter: camera \"{}\" is rendered",
         sensor.id
     );
-    let full = match of("full") {
-        Ok(full) => full,
-        Err(_) => {
-            let choice = || Ok(Method::choose_with(scene, sensor, given)?.method);
-            let method = of("path").or_else(|_: SettingError| choice())?;
-            let notice = format!("{seen} by {}, whose settings are given", method.name());
-            return Ok((method, Some(notice)));
-        }
+    let Ok(full) = of("full") else {
+        let method = match of("path") {
+            Ok(path) => path,
+            Err(_) => Method::choose_with(scene, sensor, given)?.method,
+        };
+        let notice = format!("{seen} by {}, whose settings are given", method.name());
+        return Ok((method, Some(notice)));
     };
     match full.supports(scene, sensor) {
         Ok(()) => Ok((full, Some(format!("{seen} by full, with all of its light")))),

@@ -303,8 +303,8 @@ impl Method {
         self.with(found.name, found.exact)
     }
 
-    /// The technique with exact twins that sample no better known than `error`, relative, over the sensor.
-    /// They are known as well as set if that is coarser, or if the setting is given; `None` if no twin samples.
+    /// The technique with exact twins that sample no better known than `error`, relative, over the sensor,
+    /// and how well they are known. A setting that is given, or coarser, stays. `None` if no twin samples.
     pub(crate) fn with_twins_to(&self, error: f64) -> Result<Option<(Self, f64)>, SettingError> {
         let Entry::Technique(technique) = self.entry else {
             return Ok(None);

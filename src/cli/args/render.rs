@@ -18,13 +18,13 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// The sensor to fill, by id [default: the first irradiancemeter; the first camera of methods of cameras, and
-    /// of scenes that have nothing else]
+    /// The sensor to fill, by id [default: the first irradiancemeter; for methods of cameras, and in scenes
+    /// without one, the first camera]
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
-    /// Another filter of the film than the scene's: pixels that are plain averages, as methods other than path
-    /// need them
+    /// Another filter of the film than the scene's: box makes pixels plain averages, as methods other than
+    /// path need them
     #[arg(long, value_name = "NAME", value_parser = ["box"])]
     pub filter: Option<String>,
 

@@ -59,8 +59,8 @@ pub enum PartDetail {
 /// A part measured: its light with bounds, a layer a class.
 type Part = (Estimate, PartDetail);
 
-/// The share of a part's time after which its second way begins, if the first knows nothing by then. A first way
-/// that does know something keeps what it has, and the rest of its time is the next parts'.
+/// The share of a part's time after which its second way begins, if the first knows nothing by then. A first
+/// way that does know something keeps what it has, and the rest of its time is the next parts'.
 const FIRST_WAY: f64 = 0.6;
 
 /// Photons of a map in the second way. It takes the fewest replicates that have a scatter worth its name.
