@@ -54,6 +54,7 @@ pub fn render(
 ) -> anyhow::Result<Outcome> {
     let last = output::output_path(args.output.as_deref(), &args.scene.scene, extension)?;
     let first = scene_of(args, &frames[0])?;
+    let context = &context.beside(&first);
     let (sensor, method, notice) = choose(args, &first)?;
     let id = sensor.id.clone();
     if let Some(notice) = notice {

@@ -45,10 +45,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
         return frames::render(args, &frames, extension, &context);
     }
     let scene = load(&args.scene)?;
-    let of_scene = scene.world().memory_bytes() as u64;
-    context.memory_limit = context
-        .memory_limit
-        .map(|bytes| bytes.saturating_sub(of_scene));
+    let context = context.beside(&scene);
     let (sensor, method, notice) = choose(args, &scene)?;
     let sensor = &sensor;
     method.check_memory(&scene, sensor, &context)?;

@@ -41,8 +41,9 @@ pub(super) fn photons(channels: u64, max_layers: u64) -> u64 {
     // While photons fly: exact sums (see `Accumulator`), counts, direct light; combined rounds.
     let rounds = films * PAIR;
     let tracing = films * 40 * channels + 8 + PAIR + rounds;
-    // Then all layers, `LD` too: value, standard error and bounds. Rounds are still there.
-    let estimate = (films + 1) * 2 * PAIR + 8;
+    // Then all layers, `LD` too: value, standard error and bounds; counts, and factors of texels. Rounds are
+    // still there.
+    let estimate = (films + 1) * 2 * PAIR + 16;
     tracing.max(rounds + PAIR + estimate)
 }
 

@@ -313,7 +313,7 @@ impl Method {
         let Some((key, set)) = technique.twin_error().and_then(known) else {
             return Ok(None);
         };
-        if self.given().contains_key(key) || error <= set {
+        if self.given().contains_key(key) || error.is_nan() || error <= set {
             return Ok(Some((self.clone(), set)));
         }
         let error = error.min(1.0);

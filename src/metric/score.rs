@@ -45,15 +45,17 @@ impl TestPair<'_> {
     /// `None` if an image has standard errors, but zero at this texel and no bounds. A texel that no sample
     /// reached has 0 ± 0, which means that nothing is known.
     pub fn score(&self, texel: usize) -> Option<Score> {
-        let few = [&self.reference, &self.other].map(|bars| bars.few(texel));
-        if few.iter().any(Option::is_some) {
-            return Some(self.score_of_few(texel, few));
-        }
+        let sides = [&self.reference, &self.other];
+        let few = sides.map(|bars| bars.few(texel));
         let is_known = |bars: &Bars| {
             bars.bounds.is_some() || bars.standard_errors.is_none() || bars.variance(texel) > 0.0
         };
-        if !is_known(&self.reference) || !is_known(&self.other) {
+        let mut known = sides.into_iter().zip(&few);
+        if !known.all(|(bars, few)| few.is_some() || is_known(bars)) {
             return None;
+        }
+        if few.iter().any(Option::is_some) {
+            return Some(self.score_of_few(texel, few));
         }
         let (excess, rounding) = self.excess(texel);
         let [own, others] = [&self.reference, &self.other].map(|bars| bars.variance(texel));

@@ -1,6 +1,7 @@
 //! Smooth metals.
 
 use crate::numeric::math;
+
 /// Fresnel reflectance F of a smooth conductor, unpolarised light.
 ///
 /// F is the fraction (0..=1) of incident flux reflected; the rest is absorbed. With the complex index n =

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::{Error, Progress};
+#[cfg(feature = "cli")]
+use crate::scene::Scene;
 
 /// The surroundings of a run: progress and stop, threads, cache folder, memory limit. None of them changes a
 /// result.
@@ -42,6 +44,17 @@ impl Context {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.map_err(|error| Error::Threads(error.to_string()))?
             .install(work)
+    }
+
+    /// The same with what a limit on memory leaves beside a scene.
+    #[cfg(feature = "cli")]
+    pub(crate) fn beside(&self, scene: &Scene) -> Self {
+        let of_scene = scene.world().memory_bytes() as u64;
+        let left = |bytes: u64| bytes.saturating_sub(of_scene);
+        Self {
+            memory_limit: self.memory_limit.map(left),
+            ..self.clone()
+        }
     }
 
     /// Memory \[bytes\] that can be had: the limit, or the free memory where the system says (Linux).

@@ -1,6 +1,7 @@
 //! Numbers for people.
 
 use crate::numeric::math;
+
 /// Six digits of a value, which is enough for a table; zero is a dot, so that the eye finds the rest.
 pub fn number(value: f64) -> String {
     if value.is_nan() {

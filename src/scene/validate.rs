@@ -123,8 +123,13 @@ pub(super) fn mesh_warnings(parts: &SceneParts) -> Vec<Warning> {
         let diagnostics = mesh.diagnose();
         let material = &parts.materials[object.material.0 as usize];
         let refracts = needs_inside(material, &parts.materials);
-        let opposed = diagnostics.opposed_normals.count;
-        let turned = (opposed > 0 && shines_at(index)).then(|| {
+        let faces = if shines_at(index) {
+            0..mesh.triangle_count() as u32
+        } else {
+            0..0
+        };
+        let opposed = faces.filter(|face| mesh.shining_side(*face) < 0.0).count();
+        let turned = (opposed > 0).then(|| {
             format!("{opposed} of its faces shine to the side of their vertex normals, against the winding, as in Mitsuba")
         });
         warnings.extend(

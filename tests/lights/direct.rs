@@ -408,7 +408,7 @@ fn more_samples_of_an_area_light_sharpen_its_shadow_and_agree() {
 
 #[test]
 fn a_lamp_whose_normals_oppose_its_winding_lights_what_its_normals_see() {
-    // A square of side 2 at a height of 1 above a floor as large, wound up or down, its normals the other way.
+    // A square of side 2 at a height of 1 above a floor as large, wound up or down; normals the other way.
     let lamp = |rise: f64, is_turned: bool| {
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let at = |[x, y]: [f64; 2]| DVec3::new(x, y, 1.0);

@@ -1,6 +1,7 @@
 //! Colours of positions from 0 to 1, as 8-bit sRGB.
 
 use crate::numeric::math;
+
 /// The colour of values that are not numbers, which none of the palettes holds.
 pub(super) const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
 

@@ -1,6 +1,7 @@
 //! The values at the ends of the bar, and the steps between them.
 
 use crate::numeric::math;
+
 /// The meaning of equal steps of colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {

@@ -1,6 +1,7 @@
 //! Slopes of a stretched sphere: GGX.
 
 use crate::numeric::math;
+
 /// G₁ = 2 / (1 + √(1 + α² tan²θ)) (Walter et al. 2007, equation 34), given α² tan²θ.
 #[inline]
 pub(super) fn shadowing(slant_squared: f64) -> f64 {

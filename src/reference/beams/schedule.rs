@@ -11,6 +11,7 @@
 //! with λ such that the error is the one asked for.
 
 use crate::numeric::math;
+
 /// Power a of the tolerance that errors follow, about. Misplaced flux falls like the fourth power of a cell's
 /// size in smooth light, and cells at borders are fewer than their texels.
 const ERROR_ORDER: f64 = 0.7;

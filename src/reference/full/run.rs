@@ -128,7 +128,7 @@ pub fn run(
         };
         let classes = PathClasses::NONE.with(class);
         let (finder, part) = match time {
-            Some(time) if part.0.total.is_unknown() && !progress.is_stopped() => {
+            Some(time) if run.gives_way(finder, &part) => {
                 let (notice, second, part) =
                     run.second_way(finder, class, time.mul_f64(1.0 - FIRST_WAY))?;
                 report.notices.push(notice);
@@ -186,6 +186,11 @@ impl Run<'_> {
         Ok((estimate, PartDetail::Path(report)))
     }
 
+    /// True if a part knows nothing, and there is another way. Photons are the last.
+    fn gives_way(&self, finder: Finder, (estimate, _): &Part) -> bool {
+        finder != Finder::Photons && estimate.total.is_unknown() && !self.progress.is_stopped()
+    }
+
     /// The way that ends sooner, and knows less, with a notice.
     fn second_way(
         &self,
@@ -207,8 +212,13 @@ impl Run<'_> {
             let part = self.by_photons(class, Some(time))?;
             (Finder::Photons, part, "by photons".to_owned())
         };
+        let end = if part.0.total.is_unknown() {
+            "which ended nothing, either"
+        } else {
+            "with a larger error"
+        };
         let notice = format!(
-            "{class}: {} ended nothing in its share of the time: it is measured {how}, with a larger error",
+            "{class}: {} ended nothing in its share of the time: it is measured {how}, {end}",
             first.name()
         );
         Ok((notice, second, part))

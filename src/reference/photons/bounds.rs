@@ -20,8 +20,7 @@
 //! things help:
 //!
 //! - Σ wᵢ² ≥ T²/n (Cauchy and Schwarz) for n contributions in all. Up to 4 R of them, V is at least that. Of
-//!   more,
-//!   Sobol' points may have less scatter than a Poisson variable, and replicates tell it well enough.
+//!   more, Sobol' points may have less scatter than a Poisson variable, and replicates tell it well enough.
 //! - For more than R contributions, Student's quantile t with R − 1 degrees of freedom takes the place of the
 //!   normal one in G. For many, the interval is then T ± t √V.
 //!

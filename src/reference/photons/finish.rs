@@ -225,7 +225,12 @@ impl Rounds {
         }
         let is_camera = matches!(target, Target::Camera { .. });
         let sampling = |weighted: &Weighted, largest: &Largest| {
-            let largest = largest_possible(largest, &all, is_camera);
+            let largest = if self.paths == 0 && !incomplete {
+                // There can be none.
+                Rgb::BLACK
+            } else {
+                largest_possible(largest, &all, is_camera)
+            };
             Some(weighted.sampling(&bounds, &self.counts, largest, &per_measure))
         };
         let mut layers = Vec::new();

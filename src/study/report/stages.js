@@ -60,13 +60,13 @@ function shapleyBars({ label, stages }, shares, colour) {
   return svg;
 }
 
-/** An approximation's stages: what stands on the page, with a choice of the figure in it, and a function that shows a figure. */
+/** An approximation's stages: what stands on the page, with a choice of the figure, and a function that shows one. */
 function stageErrors(one, colour, choice) {
   const host = element('div');
   function show(chosen) {
     const shares = one.figures.find(({ figure }) => figure === chosen);
     if (!shares) {
-      host.replaceChildren(element('p', { class: 'muted' }, `${FIGURES[chosen].name} is not defined for all subsets of stages: some of them make a black image.`));
+      host.replaceChildren(element('p', { class: 'muted' }, `${FIGURES[chosen].name} is not defined for all subsets of stages, as where some of them make a black image.`));
       return;
     }
     const { show: text, meaning } = FIGURES[shares.figure];

@@ -117,7 +117,7 @@ fn a_film_of_1024_x_1024_takes_no_more_memory_than_inspect_says() {
     assert_films_take_no_more_than_said(&[(1024, ALL)]);
 }
 
-/// A forecast allows for the most layers. Where two layers are asked for and all get light, as do the others',
+/// A forecast allows for the most layers. Where two layers are asked for, all get light, as do the others',
 /// it holds within a tenth; pages and the allocator's rounding are allowed 2 MB.
 #[test]
 fn a_forecast_of_layers_that_are_all_lit_holds_within_a_tenth() {
@@ -176,7 +176,7 @@ fn a_map_of_512_x_512_texels_by_beams_takes_at_most_300_mb() {
     assert!(peak <= 300_000_000, "{peak}");
 }
 
-/// What is begun stays below the limit; a little less than what a run says that it needs is refused before it.
+/// What is begun stays below the limit, and a limit that is too low is refused before the run.
 #[test]
 fn memory_that_is_asked_for_is_kept_or_refused() {
     let folder = TempDir::new().unwrap();
