@@ -98,3 +98,27 @@ fn every_link_of_the_documents_leads_to_a_file_and_a_heading_of_it() {
     }
     assert!(links > 40, "{links} links were found");
 }
+
+#[test]
+fn every_mutation_finds_its_text_once_and_changes_it() {
+    let list: toml::Table = read(&root().join("tests/mutations/mutations.toml"))
+        .parse()
+        .unwrap();
+    let mutations = list["mutation"].as_array().unwrap();
+    assert!(!mutations.is_empty());
+    for mutation in mutations {
+        let text = |key: &str| mutation[key].as_str().unwrap();
+        let found = read(&root().join(text("file")))
+            .matches(text("old"))
+            .count();
+        assert_eq!(
+            found,
+            1,
+            "{}: {:?} in {}",
+            text("name"),
+            text("old"),
+            text("file")
+        );
+        assert_ne!(text("old"), text("new"), "{}", text("name"));
+    }
+}
