@@ -117,8 +117,8 @@ fn a_film_of_1024_x_1024_takes_no_more_memory_than_inspect_says() {
     assert_films_take_no_more_than_said(&[(1024, ALL)]);
 }
 
-/// A forecast allows for the most layers. Where two layers are asked for, all get light, as do the others',
-/// it holds within a tenth; pages and the allocator's rounding are allowed 2 MB.
+/// A forecast allows for the most layers. Where two layers are asked for and all get light, the others' too,
+/// it holds within a tenth, and half the slack: vectors of these sizes are freed to the allocator alone.
 #[test]
 fn a_forecast_of_layers_that_are_all_lit_holds_within_a_tenth() {
     let folder = TempDir::new().unwrap();
@@ -149,7 +149,10 @@ fn a_forecast_of_layers_that_are_all_lit_holds_within_a_tenth() {
                 more / 1e6,
                 said / 1e6
             );
-            assert!((more - said).abs() <= 0.1 * said + 2e6, "{method}, {size}");
+            assert!(
+                (more - said).abs() <= 0.1 * said + 0.5 * SLACK as f64,
+                "{method}, {size}"
+            );
         }
     }
 }
