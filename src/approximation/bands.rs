@@ -1,8 +1,9 @@
 //! Splats and faces drawn into a map in bands of rows: the same bits on any number of threads.
 
-use crate::numeric::math;
 use glam::DVec2;
 use rayon::prelude::*;
+
+use crate::numeric::math;
 
 /// A point's diameter in standard deviations of its Gaussian.
 ///

@@ -23,8 +23,9 @@ pub(super) fn choose(
     };
     let given = args.settings.and(&args.set)?;
     let is_open = args.sensor.is_none() && args.method.is_none() && args.shard.is_none();
-    let is_seen = is_open && scene.sensors().iter().all(Sensor::is_camera);
-    let sensor = if is_of_cameras || is_seen && !scene.sensors().is_empty() {
+    let sensors = scene.sensors();
+    let is_seen = is_open && !sensors.is_empty() && sensors.iter().all(Sensor::is_camera);
+    let sensor = if is_of_cameras || is_seen {
         choose_camera(scene, args.sensor.as_deref())?
     } else {
         choose_sensor(scene, args.sensor.as_deref())?

@@ -1,10 +1,11 @@
 //! Images from other programs, for use as textures and environments.
 
-use crate::numeric::math;
 use std::io::Cursor;
 
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+
+use crate::numeric::math;
 
 /// An RGB image; row 0 is the top.
 #[derive(Clone, Debug, PartialEq)]

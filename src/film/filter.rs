@@ -1,7 +1,8 @@
 //! Reconstruction filters, which spread a sample over the pixels near it.
 
-use crate::numeric::math;
 use std::f64::consts::PI;
+
+use crate::numeric::math;
 
 /// The weight of a sample on the pixels near it, with Mitsuba's parameters.
 ///

@@ -161,9 +161,7 @@ impl Image {
     /// assert_eq!(image.channels[3].name, "E.stderr.R");
     /// ```
     pub fn add_rgb(&mut self, layer: &str, values: &[[f64; 3]]) {
-        let dot = if layer.is_empty() { "" } else { "." };
-        for (c, component) in ["R", "G", "B"].into_iter().enumerate() {
-            let name = format!("{layer}{dot}{component}");
+        for (c, name) in rgb_names(layer).enumerate() {
             self.add_scalar(name, values.iter().map(|value| value[c]));
         }
     }
@@ -243,6 +241,14 @@ impl Image {
         check_names(self.channels.iter().map(|channel| channel.name.as_str()))?;
         check_names(self.metadata.iter().map(|(key, _)| key.as_str()))
     }
+}
+
+/// The names of a layer's channels; for an empty `layer` just `R`, `G`, `B`.
+pub(super) fn rgb_names(layer: &str) -> impl Iterator<Item = String> {
+    let dot = if layer.is_empty() { "" } else { "." };
+    ["R", "G", "B"]
+        .map(|component| format!("{layer}{dot}{component}"))
+        .into_iter()
 }
 
 /// Checks the size and the number of channels.

@@ -4,7 +4,7 @@
 //! the file's bytes would take as much again, all at once.
 
 use super::Rounding;
-use super::image::{Channel, Image, ImageError, check_names, check_size};
+use super::image::{Channel, Image, ImageError, check_names, check_size, rgb_names};
 
 /// A channel's sample in a texel, as it is in the file. It is asked for from several threads.
 pub(super) type Sample<'a> = Box<dyn Fn(usize) -> f32 + Sync + 'a>;
@@ -48,10 +48,8 @@ impl<'a> LazyImage<'a> {
         value: impl Fn(usize) -> [f64; 3] + Copy + Sync + 'a,
         rounding: Rounding,
     ) {
-        let dot = if layer.is_empty() { "" } else { "." };
-        for (c, component) in ["R", "G", "B"].into_iter().enumerate() {
+        for (c, name) in rgb_names(layer).enumerate() {
             let sample = move |texel| rounding.apply(value(texel)[c]);
-            let name = format!("{layer}{dot}{component}");
             self.channels.push((name, Box::new(sample)));
         }
     }

@@ -1,9 +1,9 @@
 //! The space that a bundle of neighbouring path segments sweeps, and tests for overlap with it.
 
-use crate::numeric::math;
 use glam::DVec3;
 
 use super::Bounds;
+use crate::numeric::math;
 
 /// The factor from the largest |d| (below) to the bulge of a bundle.
 ///

@@ -1,11 +1,11 @@
 //! Derivatives of surfaces by their parameters.
 
-use crate::numeric::math;
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat2, DVec3};
 
 use super::{Hit, Mesh, Shape, SurfacePoint, World};
+use crate::numeric::math;
 
 impl World {
     /// The derivatives of the position with respect to u and v, in scene units, as in Mitsuba.

@@ -18,6 +18,9 @@ pub struct Bars<'a> {
     pub freedom: f64,
 }
 
+/// The attribute of files whose bounds are of the same samples as their standard errors.
+pub const CONFIDENCE: &str = "confidence";
+
 /// Effective number of samples, (value / standard error)², from which a standard error is one. Of n samples
 /// of equal weight z² is too large by 3/n in the mean: by 3 %, which is less than the 7 % of 32 replicates.
 const MANY: f64 = 100.0;

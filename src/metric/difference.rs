@@ -4,12 +4,12 @@
 //! less the reference r, in the image's unit. A texel is *lit* if the mean of the reference's channels is
 //! above zero.
 
-use crate::numeric::math;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::pair::LayerPair;
 use super::sums::{parts, sums};
+use crate::numeric::math;
 
 /// ε of relMSE in units of the squared mean of the reference, and of SMAPE in units of its mean.
 ///

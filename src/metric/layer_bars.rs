@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::bars::Bars;
+use super::bars::{Bars, CONFIDENCE};
 use super::compare_image::{ChannelKind, Contents, TOTALS, component};
 use super::{CompareError, CompareImage};
 use crate::film::Channel;
@@ -51,7 +51,7 @@ impl<'a> LayerBars<'a> {
             }
         };
         // Both of one draw: to take both would count its scatter twice.
-        let are_sampling = errors.is_some() && source.image.metadata("confidence").is_some();
+        let are_sampling = errors.is_some() && source.image.metadata(CONFIDENCE).is_some();
         let bounds = |c: usize, sampling: bool| {
             let bounds = bounds.as_ref().filter(|_| sampling == are_sampling)?;
             Some(bounds[c].map(Cow::Borrowed))

@@ -243,21 +243,23 @@ mod tests {
         assert!((score.freedom / expected - 1.0).abs() < 1e-12);
     }
 
+    /// The score of a pair of one texel.
+    fn score(reference: Bars, other: Bars) -> Option<Score> {
+        let pair = TestPair {
+            name: "R".to_owned(),
+            reference,
+            other,
+        };
+        pair.score(0)
+    }
+
     #[test]
     fn bounds_that_overlap_are_no_distance_and_a_gap_counts_from_end_to_end() {
         let between = |low: f32, high: f32| Bars {
             bounds: Some([vec![low].into(), vec![high].into()]),
             ..exact(0.5 * (low + high))
         };
-        let z = |reference, other| {
-            let name = "R".to_owned();
-            let pair = TestPair {
-                name,
-                reference,
-                other,
-            };
-            pair.score(0).map(|score| (score.excess, score.z()))
-        };
+        let z = |reference, other| score(reference, other).map(|score| (score.excess, score.z()));
         assert_eq!(z(between(1.0, 3.0), between(3.0, 5.0)), Some((0.0, 0.0)));
         assert_eq!(z(between(1.0, 3.0), exact(2.0)), Some((0.0, 0.0)));
         assert_eq!(z(between(3.0, 4.0), exact(2.0)).unwrap().0, -1.0);
@@ -284,15 +286,7 @@ mod tests {
             sampling: Some([vec![0.5 * value].into(), vec![value + 4.0].into()]),
             ..exact(value)
         };
-        let score = |reference, other| {
-            let name = "R".to_owned();
-            let pair = TestPair {
-                name,
-                reference,
-                other,
-            };
-            pair.score(0).unwrap()
-        };
+        let score = |reference, other| score(reference, other).unwrap();
         // No sample at all: bounds 0 to 4, whose half distance is 2.
         let dark = score(sampled(0.0, 0.0), exact(3.0));
         assert!(dark.of_few && dark.z() == 0.0);

@@ -1,10 +1,10 @@
 //! Structural similarity: the degree to which two images vary together.
 
-use crate::numeric::math;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::pair::LayerPair;
+use crate::numeric::math;
 
 /// SSIM of a layer, and the settings that it depends on.
 ///

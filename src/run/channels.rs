@@ -2,6 +2,7 @@
 
 use super::{Estimate, Layer, Quantity};
 use crate::film::{Image, LazyImage, Rounding};
+use crate::metric::bars::CONFIDENCE;
 use crate::radiometry::Rgb;
 
 impl Estimate {
@@ -37,9 +38,6 @@ impl Estimate {
         image
     }
 }
-
-/// The attribute of films whose bounds are those of random values.
-pub(crate) const CONFIDENCE: &str = "confidence";
 
 fn add_layer<'a>(image: &mut LazyImage<'a>, layer: &'a Layer, quantity: Quantity) {
     let mut add = |name: &str, values: &'a [Rgb], rounding| {

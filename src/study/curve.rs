@@ -1,7 +1,8 @@
 //! The cost of less error: fitted orders and the Pareto front.
 
-use crate::numeric::math;
 use serde::Serialize;
+
+use crate::numeric::math;
 
 /// A run's cost and error.
 #[derive(Clone, Copy, Debug, PartialEq)]

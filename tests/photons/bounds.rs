@@ -9,6 +9,7 @@ use nephroid::internals::reference::photons::bounds::{
 use nephroid::internals::reference::photons::weights::Largest;
 use nephroid::{Budget, CompareImage, CompareSettings, Context, Method, compare};
 
+use crate::random::Random;
 use crate::support::scenes::layer;
 use crate::support::{Photons, bundled, student};
 
@@ -59,28 +60,15 @@ fn bounds_of_equal_weights_are_no_narrower_than_the_exact_ones() {
     }
 }
 
-/// SplitMix64 (Steele et al. 2014).
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// A Poisson number, as arrivals of one process in a time.
-    fn arrivals(&mut self, mean: f64) -> u64 {
-        let (mut time, mut n) = (0.0, 0);
-        loop {
-            time -= (1.0 - self.unit()).ln();
-            if time > mean {
-                return n;
-            }
-            n += 1;
+/// A Poisson number, as arrivals of one process in a time.
+fn arrivals(random: &mut Random, mean: f64) -> u64 {
+    let (mut time, mut n) = (0.0, 0);
+    loop {
+        time -= (1.0 - random.uniform()).ln();
+        if time > mean {
+            return n;
         }
+        n += 1;
     }
 }
 
@@ -94,9 +82,9 @@ fn bounds_cover_sums_of_any_number_of_contributions() {
     type Weight = fn(&mut Random) -> f64;
     let weights: [(&str, f64, Weight); 3] = [
         ("equal", 1.0, |_| 1.0),
-        ("even", 0.5, |random| random.unit()),
+        ("even", 0.5, |random| random.uniform()),
         ("mixed", 0.088, |random| {
-            if random.unit() < 0.05 { 1.0 } else { 0.04 }
+            if random.uniform() < 0.05 { 1.0 } else { 0.04 }
         }),
     ];
     let mut random = Random(1);
@@ -104,10 +92,10 @@ fn bounds_cover_sums_of_any_number_of_contributions() {
         for expected in [0.01, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 160.0, 500.0] {
             let mut misses = [0; 2];
             for _ in 0..TRIALS {
-                let n = random.arrivals(expected);
+                let n = arrivals(&mut random, expected);
                 let mut sums = [0.0; REPLICATES];
                 for _ in 0..n {
-                    let replicate = (random.unit() * REPLICATES as f64) as usize;
+                    let replicate = (random.uniform() * REPLICATES as f64) as usize;
                     sums[replicate] += weight(&mut random);
                 }
                 let total: f64 = sums.iter().sum();

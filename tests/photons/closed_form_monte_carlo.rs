@@ -14,28 +14,18 @@ use nephroid::internals::reference::closed_form::{
     PlanoConvexLens, SineWater, SineWave, TexelGrid,
 };
 
+use crate::random::Random;
+
 /// Some 2,000 texels are compared a test: a normal deviate exceeds 5 in none of them but once in 900 runs.
 const BOUND: f64 = 5.0;
 
 /// Texels with fewer deposits have no reliable standard error of their own: they are compared as one.
 const FEWEST: u32 = 40;
 
-/// `SplitMix64` (Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * 2.0_f64.powi(-53)
-    }
-
-    fn in_disc(&mut self, radius: f64) -> DVec2 {
-        let r = radius * self.uniform().sqrt();
-        DVec2::from_angle(TAU * self.uniform()) * r
-    }
+/// A point of a disc about the origin.
+fn in_disc(random: &mut Random, radius: f64) -> DVec2 {
+    let r = radius * random.uniform().sqrt();
+    DVec2::from_angle(TAU * random.uniform()) * r
 }
 
 /// Sums of deposits over a grid on the plane z = 0.
@@ -203,7 +193,7 @@ fn a_glass_balls_layers_agree_with_random_rays() {
 /// Uniform over the opening, or over the directions of a lamp so near that it would light the opening
 /// unevenly.
 fn into_the_cup(cup: &MirrorCup, random: &mut Random) -> Option<(DVec3, DVec3, f64)> {
-    let crossing = random.in_disc(cup.radius).extend(cup.height);
+    let crossing = in_disc(random, cup.radius).extend(cup.height);
     let area = PI * cup.radius * cup.radius;
     match cup.light {
         CupLight::Parallel {
@@ -415,7 +405,7 @@ fn a_cut_stone_agrees_with_random_rays() {
     let center = DVec3::new(0.0, 0.0, 1.2);
     let flux = 1000.0 * PI * 1.3 * 1.3;
     for _ in 0..rays {
-        let start = random.in_disc(1.3);
+        let start = in_disc(&mut random, 1.3);
         let origin = center + across * start.x + along * start.y - light.direction * 3.0;
         // Into the solid: the last plane entered before the first one left.
         let (mut enter, mut leave) = ((f64::NEG_INFINITY, DVec3::ZERO), f64::INFINITY);

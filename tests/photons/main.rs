@@ -13,6 +13,7 @@ mod ledger;
 mod light_space;
 mod light_tracing;
 mod photon_map;
+mod random;
 mod receiver_meshes;
 mod statistics;
 

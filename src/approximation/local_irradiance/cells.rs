@@ -2,12 +2,12 @@
 //!
 //! Places are relative to the object's centre, along the axes of its own space.
 
-use crate::numeric::math;
 use glam::DVec3;
 
 use super::grid::Grid;
 use super::leg::Stencil;
 use super::shells::Shells;
+use crate::numeric::math;
 
 /// Cells of space.
 #[derive(Clone, Debug)]

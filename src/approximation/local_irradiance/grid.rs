@@ -1,9 +1,9 @@
 //! Cubes around an object.
 
-use crate::numeric::math;
 use glam::DVec3;
 
 use super::leg::{Crossed, Leg, Stencil};
+use crate::numeric::math;
 
 /// A cube about the object's centre, cut into equal cubes.
 #[derive(Clone, Copy, Debug)]

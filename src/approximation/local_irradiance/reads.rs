@@ -1,6 +1,5 @@
 //! The cells and normals that a sensor reads: stage `normal`, exact.
 
-use crate::numeric::math;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -10,6 +9,7 @@ use super::layout::Layout;
 use super::settings::Settings;
 use super::tree::Trees;
 use super::variants::Space;
+use crate::numeric::math;
 
 /// The bits of a normal: surfaces of the same normal share numbers.
 #[inline]

@@ -1,7 +1,8 @@
 //! Vertex normals for meshes whose files have none.
 
-use crate::numeric::rotation;
 use glam::DVec3;
+
+use crate::numeric::rotation;
 
 /// One unit normal a vertex: the sum of the adjacent faces' normals, each weighted by the face's angle at the
 /// vertex.

@@ -7,10 +7,10 @@
 //!
 //! Light that both have in a texel may as well stay. So each plan is tried with and without it.
 
-use crate::numeric::math;
 use glam::DVec2;
 
 use super::measure::Measure;
+use crate::numeric::math;
 
 /// Texels in order, as one group.
 type Group = Vec<usize>;

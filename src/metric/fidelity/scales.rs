@@ -1,12 +1,12 @@
 //! The relative difference against the scale at which one looks.
 
-use crate::numeric::math;
 use serde::Serialize;
 
 use super::super::pair::LayerPair;
 use super::super::sums::square_sums;
 use super::bars::TruthBars;
 use super::bounded::Bounded;
+use crate::numeric::math;
 
 /// L2 below which an image counts as right at a scale.
 pub(crate) const RIGHT: f64 = 0.1;

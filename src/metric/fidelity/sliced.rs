@@ -10,11 +10,11 @@
 //!   distance, too, for light that is scaled about a point (Bonneel et al. 2015 have the sliced distance).
 //! - **Distances** from the truth's centre of light, which know what is moved in or out.
 
-use crate::numeric::math;
-use crate::numeric::rotation;
 use glam::DVec2;
 
 use super::measure::Measure;
+use crate::numeric::math;
+use crate::numeric::rotation;
 
 /// Directions K: 1 − cos(π / 2K) = 3e-4.
 const DIRECTIONS: usize = 64;

@@ -1,11 +1,11 @@
 //! The range of exposures of HDR-FLIP.
 
-use crate::numeric::math::single;
 use rayon::prelude::*;
 
 use super::colour::luminance;
 use super::display::ACES;
 use super::images::Planes;
+use crate::numeric::math::single;
 
 /// The exposures of HDR-FLIP \[stops\].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]

@@ -1,7 +1,8 @@
 //! FLIP's convolution kernels, each a product of two kernels of one dimension.
 
-use crate::numeric::math::single;
 use std::f32::consts::PI;
+
+use crate::numeric::math::single;
 
 /// The eye's response to a channel of the opponent space: Gaussians a √(π/b) exp(−π² x²/b) over the angle x
 /// \[degrees\], by (a, b) (Andersson et al. 2020, table 1).

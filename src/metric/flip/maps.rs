@@ -1,6 +1,5 @@
 //! FLIP of each texel of two images.
 
-use crate::numeric::math::single;
 use rayon::prelude::*;
 
 use super::display::Display;
@@ -8,6 +7,7 @@ use super::exposures::Exposures;
 use super::filters::Filters;
 use super::images::Images;
 use super::tile::{FlipTile, TILE};
+use crate::numeric::math::single;
 
 /// LDR-FLIP of each texel, row by row; values outside 0..=1 are clamped.
 pub fn ldr(images: &Images, pixels_per_degree: f32) -> Vec<f32> {

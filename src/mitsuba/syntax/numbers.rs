@@ -1,9 +1,9 @@
 //! Numbers in attributes.
 
-use crate::numeric::math;
 use glam::DVec3;
 
 use super::Spectrum;
+use crate::numeric::math;
 
 /// The parts of a list whose entries are separated by commas and white space.
 pub fn tokens(text: &str) -> impl Iterator<Item = &str> {

@@ -1,9 +1,9 @@
 //! The steps inside a `<transform>`.
 
-use crate::numeric::math;
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use super::numbers;
+use crate::numeric::math;
 
 /// The attributes of an element, parameters replaced.
 pub type Attributes = [(String, String)];

@@ -1,9 +1,9 @@
 //! The distribution of facets' normals, and the share of facets that others hide.
 
-use crate::numeric::math;
 use glam::DVec3;
 
 use super::{beckmann, ggx};
+use crate::numeric::math;
 
 /// The shape of the distribution of facets' slopes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

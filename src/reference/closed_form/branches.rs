@@ -1,7 +1,8 @@
 //! A function of one variable, cut into its monotone branches, so that it can be inverted.
 
-use crate::numeric::math;
 use std::f64::consts::PI;
+
+use crate::numeric::math;
 
 /// Number of cells in which a function is searched for its extrema: two of them within a cell go unseen.
 const CELLS: usize = 2048;

@@ -1,9 +1,9 @@
 //! The part of a circle that lies in a rectangle.
 
-use crate::numeric::math;
 use std::f64::consts::TAU;
 
 use super::TexelRect;
+use crate::numeric::math;
 
 /// The fraction (0..=1/4) of the circle of `radius` about the origin that lies in `part`, a rectangle in the
 /// first quadrant (corners with x, y ≥ 0).

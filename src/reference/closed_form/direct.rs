@@ -1,12 +1,12 @@
 //! Light with nothing in its way.
 
-use crate::numeric::math;
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
 use super::radial::STEEPEST;
 use super::{RadialMap, RadialSheet, TexelRect};
+use crate::numeric::math;
 
 /// The irradiance [W/m²] of a surface point from a uniform diffuse polygon, by Lambert's formula.
 ///

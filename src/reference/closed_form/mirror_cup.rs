@@ -1,7 +1,5 @@
 //! A cup that mirrors inside, in parallel or point light: nephroid, cardioid and their kin.
 
-use crate::numeric::math;
-use crate::numeric::rotation;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec2;
@@ -9,6 +7,8 @@ use glam::DVec2;
 use super::quadrature::{simpson, windows};
 use super::stretch::Stretch;
 use super::{KnownPath, TexelGrid, TexelRect};
+use crate::numeric::math;
+use crate::numeric::rotation;
 
 /// The light over a [`MirrorCup`].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,9 @@
 //! Integrals of one variable: of functions that are smooth inside an interval, and of such with kinks.
 
-use crate::numeric::math;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
+
+use crate::numeric::math;
 
 const NODES: usize = 16;
 

@@ -219,12 +219,9 @@ pub fn attribute(
         CompareImage::new(name, image)
     };
     let reference = image("the truth", &truth.modelled);
-    let l2 = fidelity::of(
-        &reference,
-        &image("the approximation", &whole.estimate.total.values),
-    )?
-    .l2;
-    let twins = match l2 {
+    let compared = |values: &[Rgb]| fidelity::of(&reference, &image("the approximation", values));
+    let of_whole = compared(&whole.estimate.total.values)?;
+    let twins = match of_whole.l2 {
         Some(l2) => technique.with_twins_to(TWINS * l2.value)?,
         None => None,
     };
@@ -232,15 +229,14 @@ pub fn attribute(
     let technique = twins.map_or_else(|| technique.clone(), |(technique, _)| technique);
     let mut known: BTreeMap<Set, Vec<Option<f64>>> = BTreeMap::new();
     for (done, set) in sets.iter().copied().enumerate() {
-        let values = if set == all {
-            whole.estimate.total.values.clone()
-        } else {
-            run(&technique, set)?.estimate.total.values
-        };
+        let other = (set != all).then(|| run(&technique, set)).transpose()?;
         if context.progress.is_stopped() {
             return Ok(None);
         }
-        let found = fidelity::of(&reference, &image("the approximation", &values))?;
+        let found = match other {
+            Some(other) => compared(&other.estimate.total.values)?,
+            None => of_whole.clone(),
+        };
         let figures = Figure::OF_LIGHT.map(|figure| Some(figure.of_light(&found)?.value));
         known.insert(set, figures.to_vec());
         progressing(done + 1, sets.len());

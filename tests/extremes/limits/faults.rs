@@ -25,6 +25,12 @@ fn shell(folder: &Path, script: &str) -> Output {
         .unwrap()
 }
 
+/// The same where all of it must succeed.
+fn prepare(folder: &Path, script: &str) {
+    let output = shell(folder, script);
+    assert!(output.status.success(), "{}", message(&output));
+}
+
 /// The file in a folder after a run that could not write its result.
 fn assert_refused_and_kept(output: &Output, path: &Path, old: &[u8], reasons: &[&str]) {
     let said = message(output);
@@ -48,11 +54,10 @@ fn assert_refused_and_kept(output: &Output, path: &Path, old: &[u8], reasons: &[
 #[test]
 fn a_file_that_grows_beyond_what_is_allowed_leaves_the_old_one() {
     let folder = TempDir::new().unwrap();
-    let made = shell(
+    prepare(
         folder.path(),
         "$N render $B -D size=128 --photons 65536 -o a.exr && $N render $B -D size=128 --photons 4096 --shard 1/1 -o a.shard",
     );
-    assert!(made.status.success(), "{}", message(&made));
     // Blocks of 512 bytes, or of 1024 of some shells. Without a trap the system would end the program.
     let limited = "trap '' XFSZ; ulimit -f 8; exec $N";
     for (file, arguments) in [
@@ -129,11 +134,10 @@ fn a_folder_that_takes_no_file_is_refused_before_the_run() {
             message(&output)
         );
     }
-    let made = shell(
+    prepare(
         folder.path(),
         "mkdir d && $N render $B -D size=16 --photons 4096 -o d/a.exr && chmod 555 d",
     );
-    assert!(made.status.success(), "{}", message(&made));
     let path = folder.path().join("d/a.exr");
     let old = fs::read(&path).unwrap();
     if shell(folder.path(), "touch d/probe 2>/dev/null")
@@ -154,11 +158,10 @@ fn a_folder_that_takes_no_file_is_refused_before_the_run() {
 #[test]
 fn an_image_that_is_judged_is_read_once() {
     let folder = TempDir::new().unwrap();
-    let made = shell(
+    prepare(
         folder.path(),
         "mkfifo pipe.exr && $N render $B -D size=16 --photons 4096 -o a.exr",
     );
-    assert!(made.status.success(), "{}", message(&made));
     fs::write(
         folder.path().join("a.toml"),
         format!(

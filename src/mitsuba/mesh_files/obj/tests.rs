@@ -1,7 +1,7 @@
-use crate::numeric::math;
 use std::fmt::Write;
 
 use super::*;
+use crate::numeric::math;
 
 fn error(text: &str) -> String {
     parse(text.as_bytes()).unwrap_err().to_string()
