@@ -9,6 +9,24 @@ use crate::run::{Context, Cost, Counters, Error, FluxEntry, Light, Refusal, Stag
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values};
 
+/// A setting that says how well exact twins of stages are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Twins {
+    /// A relative standard error over the sensor: they take samples until it is reached.
+    Error(&'static str),
+    /// A number of halvings, from 0 on: each leaves less of an error that is not known beforehand.
+    Halvings(&'static str),
+}
+
+impl Twins {
+    /// The setting's key.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Error(key) | Self::Halvings(key) => key,
+        }
+    }
+}
+
 /// A real-time technique: a pipeline of named stages, each with an exact twin.
 ///
 /// A technique is a folder that implements this, and one line in [`TECHNIQUES`](super::TECHNIQUES). Values
@@ -32,9 +50,8 @@ pub trait Technique: Sync {
     /// The settings of a default study: a key, and its values from coarse to fine.
     fn sweep(&self) -> (&'static str, &'static [&'static str]);
 
-    /// The setting that says how well exact twins that sample are known: a relative standard error over the
-    /// sensor. `None` if no twin takes samples until something is known.
-    fn twin_error(&self) -> Option<&'static str> {
+    /// The setting that says how well exact twins are known. `None` if they are but for rounding.
+    fn twins(&self) -> Option<Twins> {
         None
     }
 

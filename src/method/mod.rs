@@ -36,6 +36,7 @@ mod warnings;
 use std::collections::BTreeMap;
 use std::fmt;
 
+use crate::approximation::Twins;
 use crate::run::{Budget, Context, Cost, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{SettingError, Values};
@@ -303,21 +304,14 @@ impl Method {
         self.with(found.name, found.exact)
     }
 
-    /// The technique with exact twins that sample no better known than `error`, relative, over the sensor,
-    /// and how well they are known. A setting that is given, or coarser, stays. `None` if no twin samples.
-    pub(crate) fn with_twins_to(&self, error: f64) -> Result<Option<(Self, f64)>, SettingError> {
+    /// The setting that says how well exact twins are known, and its value; `None` if they are but for
+    /// rounding.
+    pub(crate) fn twins(&self) -> Option<(Twins, f64)> {
         let Entry::Technique(technique) = self.entry else {
-            return Ok(None);
+            return None;
         };
-        let known = |key| Some((key, self.values.number(key)?));
-        let Some((key, set)) = technique.twin_error().and_then(known) else {
-            return Ok(None);
-        };
-        if self.given().contains_key(key) || error.is_nan() || error <= set {
-            return Ok(Some((self.clone(), set)));
-        }
-        let error = error.min(1.0);
-        Ok(Some((self.with(key, &error.to_string())?, error)))
+        let twins = technique.twins()?;
+        Some((twins, self.values.number(twins.key())?))
     }
 
     /// True for approximations: real-time techniques, whose stages have errors.
@@ -511,34 +505,6 @@ mod tests {
             let method = Method::new(name, &BTreeMap::new()).unwrap();
             assert_eq!(method.name(), name);
         }
-    }
-
-    #[test]
-    fn twins_that_sample_are_known_as_well_as_is_asked_unless_they_are_set() {
-        let method = |name: &str, given: &[(&str, &str)]| {
-            let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-            Method::new(name, &given.iter().map(owned).collect()).unwrap()
-        };
-        let default = method("local-irradiance", &[]);
-        let set = default.values.number("noise-error").unwrap();
-        let (loose, error) = default.with_twins_to(0.05).unwrap().unwrap();
-        assert_eq!(
-            (error, loose.given()["noise-error"].as_str()),
-            (0.05, "0.05")
-        );
-        // No better than the default, and no worse than nothing.
-        let (same, error) = default.with_twins_to(0.1 * set).unwrap().unwrap();
-        assert_eq!((error, same.given()), (set, default.given()));
-        assert_eq!(default.with_twins_to(7.0).unwrap().unwrap().1, 1.0);
-        let given = method("local-irradiance", &[("noise-error", "0.01")]);
-        assert_eq!(given.with_twins_to(0.05).unwrap().unwrap().1, 0.01);
-        assert!(
-            method("caustic-map", &[])
-                .with_twins_to(0.05)
-                .unwrap()
-                .is_none()
-        );
-        assert!(method("beams", &[]).with_twins_to(0.05).unwrap().is_none());
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::settings::{Settings, TABLE};
 use super::splat::Disc;
 use super::variants::{Interface, Layers, STAGES, Splat, Step, Update};
 use super::warnings::{idle, on_shapes};
-use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique};
+use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique, Twins};
 use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values, Words};
@@ -43,6 +43,10 @@ impl Technique for CausticsVolume {
 
     fn sweep(&self) -> (&'static str, &'static [&'static str]) {
         ("preset", &["lowest", "middle", "best"])
+    }
+
+    fn twins(&self) -> Option<Twins> {
+        Some(Twins::Halvings("border-levels"))
     }
 
     fn light(&self, _scene: &Scene, values: &Values) -> Result<Light, Refusal> {

@@ -8,7 +8,7 @@ use super::settings::{Settings, TABLE};
 use super::size::Size;
 use super::variants::STAGES;
 use super::{demands, export};
-use crate::approximation::{Frame, Prepared, SensorFilm, Stage, TableReport, Technique};
+use crate::approximation::{Frame, Prepared, SensorFilm, Stage, TableReport, Technique, Twins};
 use crate::film::atomic::WriteError;
 use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
@@ -43,8 +43,8 @@ impl Technique for LocalIrradiance {
         ("cells", &["16", "32", "64", "128"])
     }
 
-    fn twin_error(&self) -> Option<&'static str> {
-        Some("noise-error")
+    fn twins(&self) -> Option<Twins> {
+        Some(Twins::Error("noise-error"))
     }
 
     fn light(&self, _scene: &Scene, values: &Values) -> Result<Light, Refusal> {

@@ -11,12 +11,14 @@
 //!
 //! The residual is the figure with all stages exact: of sampling, and of the truth. Light that the technique
 //! does not model at all is told apart. The runs are made on a sensor of fewer texels ([`reduced`]).
-//! Exact twins that take samples until the image is known take no more than the figures need ([`TWINS`]).
+//! Exact twins that sample, or halve cells, until the image is known do no more than the figures need
+//! ([`TWINS`]).
 
 pub mod film;
 pub mod reduced;
 pub mod shapley;
 pub mod truth;
+mod twins;
 
 use std::collections::BTreeMap;
 
@@ -32,13 +34,10 @@ use crate::setting::{SettingError, Words as _};
 pub use reduced::ReducedSensor;
 use shapley::{Set, Share};
 pub use truth::{Truth, truth_by_beams};
+pub use twins::TWINS;
 
 /// The least number of texels on the longer side of the sensor on which runs are made.
 pub const SIDE: usize = 128;
-
-/// The noise that twins may leave, by the error that is attributed, both as L2: a stage that makes a
-/// twentieth of the error stands out of it.
-pub const TWINS: f64 = 0.05;
 
 /// An error that ends an attribution.
 #[derive(Debug, thiserror::Error)]
@@ -96,8 +95,8 @@ pub struct Attribution {
     pub truth_error: Option<f64>,
     /// True if the truth is as good as was asked for. If not, figures below its error say nothing.
     pub is_resolved: bool,
-    /// The noise in runs with exact twins that sample, a relative standard error over the sensor; `None` if
-    /// no twin of the technique does.
+    /// The noise in runs with exact twins that sample or halve cells, a relative standard error over the
+    /// sensor; `None` if no twin of the technique does.
     #[serde(default)]
     pub twin_error: Option<f64>,
 }
@@ -221,12 +220,16 @@ pub fn attribute(
     let reference = image("the truth", &truth.modelled);
     let compared = |values: &[Rgb]| fidelity::of(&reference, &image("the approximation", values));
     let of_whole = compared(&whole.estimate.total.values)?;
-    let twins = match of_whole.l2 {
-        Some(l2) => technique.with_twins_to(TWINS * l2.value)?,
-        None => None,
-    };
-    let twin_error = twins.as_ref().map(|(_, error)| *error);
-    let technique = twins.map_or_else(|| technique.clone(), |(technique, _)| technique);
+    let twins = twins::known_to::<AttributionError>(
+        TWINS * of_whole.l2.as_ref().map_or(f64::NAN, |l2| l2.value),
+        technique,
+        |technique| Ok(run(technique, 0)?.estimate.total.values),
+        |finer, coarser| {
+            let found = fidelity::of(&image("more halvings", finer), &image("fewer", coarser))?;
+            Ok(found.l2.map_or(0.0, |l2| l2.value))
+        },
+    )?;
+    let technique = twins.technique;
     let mut known: BTreeMap<Set, Vec<Option<f64>>> = BTreeMap::new();
     for (done, set) in sets.iter().copied().enumerate() {
         let other = (set != all).then(|| run(&technique, set)).transpose()?;
@@ -263,7 +266,7 @@ pub fn attribute(
         not_modelled: truth.not_modelled,
         truth_error: truth.relative_error,
         is_resolved: truth.is_resolved,
-        twin_error,
+        twin_error: twins.error,
     }))
 }
 

@@ -87,7 +87,7 @@ function stageErrors(one, colour, choice) {
       element('div', { class: 'scroll' }, table),
     );
   }
-  const noise = one.twin_error == null ? '' : `; twins that sample have ${percent(one.twin_error)} of noise`;
+  const noise = one.twin_error == null ? '' : `; exact twins have ${percent(one.twin_error)} of noise`;
   const nodes = [
     element('h3', {}, `${one.label}, ${one.light}`),
     element('div', { class: 'controls' }, choice,
