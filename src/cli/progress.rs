@@ -8,19 +8,27 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::run::Progress;
+use crate::run::format::time;
 
-/// Time between two drawings of the line.
+/// Time between two drawings of the line, and before the first: short runs are not to wait for it.
 const PERIOD: Duration = Duration::from_millis(100);
+const FIRST_PAUSE: Duration = Duration::from_millis(1);
 
 /// Time between two lines.
 const BETWEEN_LINES: Duration = Duration::from_secs(5);
 
-/// Runs `work` while a line on the terminal follows `progress`; without a terminal, silently.
+/// Time of a run from which on it is told beforehand.
+const LONG: Duration = Duration::from_secs(10);
+
+/// Runs `work` while a line on the terminal follows `progress`. Without a terminal, one line tells how long a
+/// long run will take, if it is known.
 pub fn watch<T: Send>(progress: &Progress, work: impl FnOnce() -> T + Send) -> T {
-    if !std::io::stderr().is_terminal() {
-        return work();
-    }
-    let bar = ProgressBar::new(1);
+    let is_terminal = std::io::stderr().is_terminal();
+    let bar = if is_terminal {
+        ProgressBar::new(1)
+    } else {
+        ProgressBar::hidden()
+    };
     bar.set_style(
         // The template is a constant: a mistake in it shows in the first run.
         ProgressStyle::with_template("{bar:30} {msg}")
@@ -29,11 +37,19 @@ pub fn watch<T: Send>(progress: &Progress, work: impl FnOnce() -> T + Send) -> T
     bar.set_message("setting up");
     bar.tick();
     let start = Instant::now();
+    let mut is_told = false;
     let result = thread::scope(|scope| {
         let worker = scope.spawn(work);
+        let mut pause = FIRST_PAUSE;
         while !worker.is_finished() {
-            thread::sleep(PERIOD);
+            thread::sleep(pause);
+            pause = (2 * pause).min(PERIOD);
             draw(&bar, progress, start.elapsed());
+            let forecast = progress.forecast().filter(|forecast| *forecast >= LONG);
+            if let Some(forecast) = forecast.filter(|_| !is_told) {
+                is_told = true;
+                bar.suspend(|| eprintln!("note: {}", foretold(forecast)));
+            }
         }
         worker.join()
     });
@@ -42,6 +58,14 @@ pub fn watch<T: Send>(progress: &Progress, work: impl FnOnce() -> T + Send) -> T
         Ok(result) => result,
         Err(panic) => std::panic::resume_unwind(panic),
     }
+}
+
+/// The time that a run is likely to take, in a sentence.
+fn foretold(forecast: Duration) -> String {
+    format!(
+        "this will take about {}; Ctrl-C ends it with what is known by then, and --time or a larger --error beforehand",
+        time(forecast),
+    )
 }
 
 /// A listener that prints now and then how many of some runs are done, and how long the others will take.
@@ -127,6 +151,12 @@ mod tests {
             message(&progress, SECOND),
             "1.0 of 4.0 M photons, 1.00 M/s, 3 s left"
         );
+    }
+
+    #[test]
+    fn a_long_run_is_told_beforehand() {
+        let told = foretold(Duration::from_secs(5430));
+        assert!(told.starts_with("this will take about 2 h;"), "{told}");
     }
 
     #[test]

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Method;
 use super::entry::Entry;
 use super::table;
+use crate::reference::beams;
+use crate::run::format::time;
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError, Values};
 
@@ -109,6 +111,9 @@ impl Method {
     }
 }
 
+/// Most rays of beams that are chosen without being asked for: some minutes' work.
+const MOST_RAYS: f64 = 1e9;
+
 /// The method that a scene alone suggests, and why.
 fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError> {
     let measured = if sensor.is_camera() {
@@ -116,20 +121,38 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
     } else {
         "the light on the sensor"
     };
-    let (beams, photons) = (Entry::of("beams")?, Entry::of("photons")?);
-    let values = Values::new(beams.name(), beams.table(), &Given::new())?;
-    Ok(match beams.supports(scene, sensor, &values) {
-        Err(refusal) => (photons, format!("beams cannot follow all light: {refusal}")),
-        Ok(()) => (
-            beams,
-            format!("no light has a size: beams know {measured} without noise, with bounds"),
-        ),
-    })
+    let (best, photons) = (Entry::of("beams")?, Entry::of("photons")?);
+    let values = Values::new(best.name(), best.table(), &Given::new())?;
+    if let Err(refusal) = best.supports(scene, sensor, &values) {
+        return Ok((photons, format!("beams cannot follow all light: {refusal}")));
+    }
+    // If the sensor cannot receive, beams say why.
+    let forecast = beams::forecast(scene, sensor).ok();
+    if let Some(forecast) = forecast.filter(|forecast| forecast.rays > MOST_RAYS) {
+        let reason = format!(
+            "beams would take about {} to their default error, as some light goes by chaotic chains of mirrors and \
+             glass",
+            time(forecast.time),
+        );
+        return Ok((photons, reason));
+    }
+    let reason = format!("no light has a size: beams know {measured} without noise, with bounds");
+    Ok((best, reason))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn light_in_chaotic_chains_is_for_photons_which_end() {
+        // Three parts in a hundred of its light are mirrored again and again within a bumpy ball of glass.
+        let chosen = choice("scenes/turntable-bumpy.xml", &[]).unwrap();
+        assert_eq!(chosen.method.name(), "photons");
+        assert!(chosen.reason.contains("chaotic"), "{}", chosen.reason);
+        let smooth = choice("scenes/turntable-ball.xml", &[]).unwrap();
+        assert_eq!(smooth.method.name(), "beams");
+    }
 
     fn choice(scene: &str, settings: &[(&str, &str)]) -> Result<Choice, SettingError> {
         let scene = crate::mitsuba::load(scene.as_ref(), &[]).unwrap();

@@ -1,6 +1,7 @@
 //! How far a run is.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::time::Duration;
 
 /// The units of work of methods without passes.
 const UNITS: [&str; 3] = ["photons", "paths", "texels"];
@@ -26,6 +27,8 @@ pub struct Progress {
     unit: AtomicUsize,
     /// Bits of the relative error so far; zero while unknown.
     relative_error: AtomicU64,
+    /// Milliseconds that the run is likely to take; zero while unknown.
+    forecast: AtomicU64,
     stopped: AtomicBool,
 }
 
@@ -90,6 +93,14 @@ impl Progress {
         (error > 0.0).then_some(error)
     }
 
+    /// Time that the run is likely to take, from its first pass on; `None` while unknown. Beams without a
+    /// limit know it before that pass.
+    #[doc(hidden)]
+    pub fn forecast(&self) -> Option<Duration> {
+        let milliseconds = self.forecast.load(Ordering::Relaxed);
+        (milliseconds > 0).then(|| Duration::from_millis(milliseconds))
+    }
+
     /// Begins the next of several runs, or of several methods that make one estimate.
     pub(crate) fn begin_part(&self) {
         for counter in [&self.done, &self.expected, &self.passes] {
@@ -97,6 +108,7 @@ impl Progress {
         }
         self.unit.store(0, Ordering::Relaxed);
         self.set_relative_error(None);
+        self.set_forecast(None);
     }
 
     /// Begins a pass of beams over so many pieces of light space.
@@ -124,6 +136,13 @@ impl Progress {
     /// Adds finished work.
     pub(crate) fn add(&self, work: u64) {
         self.done.fetch_add(work, Ordering::Relaxed);
+    }
+
+    pub(crate) fn set_forecast(&self, time: Option<Duration>) {
+        let milliseconds = time.map_or(0, |time| {
+            u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
+        });
+        self.forecast.store(milliseconds, Ordering::Relaxed);
     }
 
     pub(crate) fn set_relative_error(&self, error: Option<f64>) {

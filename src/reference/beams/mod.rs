@@ -16,12 +16,14 @@
 
 pub mod bars;
 pub mod cell;
+mod coarse;
 pub mod cut;
 pub mod deposit;
 pub mod discovery;
 pub mod facets;
 pub mod film;
 mod finish;
+mod forecast;
 mod layers;
 pub mod limit;
 pub mod pass;
@@ -35,8 +37,9 @@ pub mod store;
 pub mod sums;
 pub mod support;
 
+pub use forecast::Forecast;
 pub use pass::SignatureReport;
 pub use report::BeamReport;
-pub use run::run;
+pub use run::{forecast, run};
 pub use settings::{BeamSettings, DEFAULT_ERROR};
 pub use support::supports;

@@ -1,17 +1,19 @@
 //! Layers made with smaller and smaller tolerances, until the budget is used.
 
-use std::collections::BTreeMap;
-use std::time::Instant;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
 
+use super::coarse::coarse;
 use super::discovery::{SignatureLight, discover};
 use super::finish;
+use super::forecast::{Forecast, Sample};
 use super::layers::{BeamLayer, Lit, MadeLayer, lit};
 use super::limit::Limit;
 use super::pass::{BeamLight, Passes};
-use super::refine::Limits;
+use super::refine::{Limits, Sounding};
 use super::report::BeamReport;
 use super::schedule::{self, Known};
-use super::selection::{Found, LeftOut, MARGIN, left, needed_for};
+use super::selection::{Found, LeftOut, MARGIN, bound, left, needed_for};
 use super::settings::{BeamSettings, target_error};
 use super::sums::Sums;
 use super::support::supports;
@@ -64,6 +66,8 @@ pub struct Setup<'a> {
     landed: f64,
     /// Flux that the discovery may have missed \[W\].
     unseen: Rgb,
+    /// The signatures that may have coarse cells.
+    coarse: BTreeSet<Signature>,
     /// Errors asked for of single layers, relative to their own means.
     asked: BTreeMap<Signature, f64>,
     /// Limits of time count from here: the discovery takes its part.
@@ -123,6 +127,7 @@ impl<'a> Setup<'a> {
             flux,
             landed,
             unseen,
+            coarse: BTreeSet::new(),
             asked: BTreeMap::new(),
             began,
             progress,
@@ -196,19 +201,11 @@ impl<'a> Setup<'a> {
         limit.spend(counters.rays);
         let target = target_error(budget);
         let film = self.target.size();
-        let least = target.unwrap_or(LEAST_TARGET);
-        let needed = needed_for(&self.signatures, film);
-        let found = self.signatures.iter().cloned().zip(needed);
-        let (mut followed, others): (Vec<_>, Vec<_>) = found
-            .map(|(found, needed)| {
-                let is_asked = self.asked.contains_key(&found.0);
-                (found, if is_asked { f64::INFINITY } else { needed })
-            })
-            .partition(|(_, needed)| *needed > least);
-        // Light on the film comes first, and has names first.
-        followed.sort_by_key(|((_, light), _)| light.is_beside());
-        let mut layers =
-            BeamLayer::divide(followed.into_iter(), self.settings.max_layers, &self.asked);
+        let (mut layers, others) = self.layers(target);
+        if !limit.is_set() {
+            let forecast = self.forecast_of(&layers, target);
+            self.progress.set_forecast(Some(forecast.time));
+        }
         let passes = self.spend(&mut layers, target, &limit, &mut counters)?;
         let lit = lit(&layers, &self.target);
         let (made, waiting): (Vec<BeamLayer>, Vec<BeamLayer>) =
@@ -219,9 +216,8 @@ impl<'a> Setup<'a> {
         let missing = waiting.iter().filter(is_due).flat_map(|one| &one.members);
         let missing = missing.fold(0.0, |sum, (_, found)| sum + found.on_film);
         let waiting: Vec<Found> = waiting.into_iter().flat_map(|one| one.members).collect();
-        let others = others.iter().map(|(found, _)| found);
         let left_out =
-            LeftOut::of(others.chain(&waiting), film).and_everywhere(MARGIN * missing, film);
+            LeftOut::of(others.iter().chain(&waiting), film).and_everywhere(MARGIN * missing, film);
         let reached = lit.map(|lit| {
             let known = self.known(&made, lit);
             // Texels are about alike.
@@ -272,6 +268,73 @@ impl<'a> Setup<'a> {
         Ok((outcome.estimate(), report))
     }
 
+    /// The layers that are followed to an error, and the signatures that are not.
+    fn layers(&mut self, target: Option<f64>) -> (Vec<BeamLayer>, Vec<Found>) {
+        let film = self.target.size();
+        let least = target.unwrap_or(LEAST_TARGET);
+        let needed = needed_for(&self.signatures, film);
+        let found = self.signatures.iter().cloned().zip(needed);
+        let (mut followed, others): (Vec<_>, Vec<_>) = found
+            .map(|(found, needed)| {
+                let is_asked = self.asked.contains_key(&found.0);
+                (found, if is_asked { f64::INFINITY } else { needed })
+            })
+            .partition(|(_, needed)| *needed > least);
+        // Light on the film comes first, and has names first.
+        followed.sort_by_key(|((_, light), _)| light.is_beside());
+        let unasked = followed.iter().map(|(found, _)| found);
+        let unasked = unasked.filter(|(signature, _)| !self.asked.contains_key(signature));
+        let found = self.signatures.iter();
+        let on_film: f64 = found.map(|(_, light)| light.on_film).sum();
+        self.coarse = coarse(unasked, film, least * on_film);
+        let followed = followed.into_iter();
+        let layers = BeamLayer::divide(followed, self.settings.max_layers, &self.asked);
+        (layers, others.into_iter().map(|(found, _)| found).collect())
+    }
+
+    /// The tolerance of the first pass over a layer, if that over others is `first`; `None` if the layer need
+    /// not be made for an error of `goal`.
+    fn first(&self, layer: &BeamLayer, first: f64, goal: f64) -> Option<f64> {
+        let members = layer.members.iter();
+        let coarsest = members.map(|member| self.coarsest(member));
+        (layer.needed_for > goal).then_some(first.min(coarsest.fold(0.0, f64::max)))
+    }
+
+    /// Likely work to the error that a budget asks for, the discovery left out: rays and time.
+    ///
+    /// The first pass is sounded. Mostly it is the last, unless a finer error is asked for than it aims at.
+    pub fn forecast(&mut self, budget: &Budget) -> Forecast {
+        let target = target_error(budget);
+        let (layers, _) = self.layers(target);
+        self.forecast_of(&layers, target)
+    }
+
+    fn forecast_of(&self, layers: &[BeamLayer], target: Option<f64>) -> Forecast {
+        let limit = Limit::new(&Budget::default(), self.progress, self.began);
+        let passes = self.passes(&limit);
+        let sample = |(index, light)| (light, Sample::of(&passes, light, index));
+        let lights: Vec<_> = self.lights.iter().enumerate().map(sample).collect();
+        let (mut all, began) = (Sounding::default(), Instant::now());
+        let first = schedule::first(target, false);
+        let goal = target.unwrap_or(schedule::COARSE_ERROR);
+        for layer in layers {
+            let Some(tolerance) = self.first(layer, first, goal) else {
+                continue;
+            };
+            for member in &layer.members {
+                let limits = self.limits(member, tolerance);
+                all += passes.sound(&lights, member.0, limits);
+            }
+        }
+        let all = all * schedule::after_first(target);
+        let threads = rayon::current_num_threads() as f64;
+        let seconds = (all.seconds / threads).min(Duration::MAX.as_secs_f64() * 0.5);
+        Forecast {
+            rays: all.rays,
+            time: began.elapsed() + Duration::from_secs_f64(seconds),
+        }
+    }
+
     /// Makes the layers until their error is reached, or no budget is left. Returns the number of passes.
     fn spend(
         &self,
@@ -281,14 +344,9 @@ impl<'a> Setup<'a> {
         counters: &mut TraversalCounters,
     ) -> Result<u32, Error> {
         let first = schedule::first(target, limit.is_set());
-        let first = |layer: &BeamLayer, goal: f64| {
-            let parts = layer.members.iter().map(|(_, found)| self.part(found));
-            let brightest = parts.fold(0.0, f64::max);
-            (layer.needed_for > goal).then_some(first.min(schedule::coarsest(brightest)))
-        };
         let goal = target.unwrap_or(schedule::COARSE_ERROR);
-        let mut tolerances: Vec<Option<f64>> =
-            layers.iter().map(|layer| first(layer, goal)).collect();
+        let tolerances = layers.iter().map(|layer| self.first(layer, first, goal));
+        let mut tolerances: Vec<Option<f64>> = tolerances.collect();
         let mut passes = 0;
         let mut unlit = 0;
         while tolerances.iter().any(Option::is_some) {
@@ -326,7 +384,7 @@ impl<'a> Setup<'a> {
             }
             for (layer, tolerance) in layers.iter().zip(&mut tolerances) {
                 if layer.made.is_none() {
-                    *tolerance = first(layer, goal);
+                    *tolerance = self.first(layer, first, goal);
                 }
             }
         }
@@ -341,6 +399,60 @@ impl<'a> Setup<'a> {
     /// The part of all flux that a signature may bring.
     fn part(&self, found: &SignatureLight) -> f64 {
         found.may_bring() / self.flux
+    }
+
+    /// The largest tolerance that makes sense for a signature.
+    fn coarsest(&self, (signature, found): &Found) -> f64 {
+        if self.coarse.contains(signature) {
+            schedule::coarse(self.part(found))
+        } else {
+            schedule::fine(self.part(found))
+        }
+    }
+
+    /// The tolerance of a signature in a layer of another.
+    fn own(&self, member: &Found, tolerance: f64) -> f64 {
+        f64::min(tolerance, self.coarsest(member))
+    }
+
+    /// The limits of its division.
+    fn limits(&self, member: &Found, tolerance: f64) -> Limits {
+        let texels = self.target.texels() as f64;
+        Limits {
+            tolerance: self.own(member, tolerance) * self.flux / texels.sqrt(),
+            flux: member.1.may_bring(),
+            peak: member.1.peak,
+        }
+    }
+
+    /// The inputs of passes.
+    fn passes<'p>(&'p self, limit: &'p Limit<'p>) -> Passes<'p> {
+        Passes {
+            scene: self.scene,
+            target: &self.target,
+            clearance: &self.clearance,
+            shared: &self.shared,
+            facets: &self.facets,
+            shading_normals: self.settings.shading_normals,
+            flux: self.flux.max(LEAST_OF_LANDED * self.landed),
+            limit,
+            progress: self.progress,
+        }
+    }
+
+    /// Flux \[W\] of a signature that a texel may get in any channel, by the discovery's paths.
+    fn may_get(&self, found: &SignatureLight) -> Vec<f64> {
+        // They tell a mean of channels: one of them may have all of it.
+        let channels = if self.target.is_achromatic(self.scene) {
+            1.0
+        } else {
+            3.0
+        };
+        let mut bound = bound(&found.landings, self.target.size());
+        for one in &mut bound {
+            *one *= channels;
+        }
+        bound
     }
 
     /// The layers as the schedule sees them.
@@ -358,17 +470,7 @@ impl<'a> Setup<'a> {
         limit: &Limit,
         counters: &mut TraversalCounters,
     ) -> Result<f64, Error> {
-        let passes = Passes {
-            scene: self.scene,
-            target: &self.target,
-            clearance: &self.clearance,
-            shared: &self.shared,
-            facets: &self.facets,
-            shading_normals: self.settings.shading_normals,
-            flux: self.flux.max(LEAST_OF_LANDED * self.landed),
-            limit,
-            progress: self.progress,
-        };
+        let passes = self.passes(limit);
         let patches: usize = self.lights.iter().map(|light| light.patches.len()).sum();
         let asked = || {
             layers
@@ -386,17 +488,17 @@ impl<'a> Setup<'a> {
             let mut own_counters = TraversalCounters::default();
             let mut sums: Option<Sums> = None;
             let mut reports = Vec::new();
-            for (signature, found) in &layer.members {
-                let own = f64::min(tolerance, schedule::coarsest(self.part(found)));
-                let limits = Limits {
-                    tolerance: own * self.flux / (self.target.texels() as f64).sqrt(),
-                    flux: found.may_bring(),
-                    peak: found.peak,
-                };
+            for member in &layer.members {
+                let (signature, found) = member;
+                let limits = self.limits(member, tolerance);
                 let made = passes.signature(&self.lights, *signature, limits, &mut own_counters)?;
-                let Some(one) = made.filter(|_| !limit.is_beyond_rays()) else {
+                let Some(mut one) = made.filter(|_| !limit.is_beyond_rays()) else {
                     return Ok(all);
                 };
+                let is_fine = self.own(member, tolerance) <= schedule::fine(self.part(found));
+                if !is_fine {
+                    one.sums.widen(&self.may_get(found));
+                }
                 match &mut sums {
                     Some(sums) => sums.add(&one.sums),
                     none => *none = Some(one.sums),
@@ -421,6 +523,17 @@ impl<'a> Setup<'a> {
         }
         Ok(all)
     }
+}
+
+/// Likely work of a run with default settings to its default error, the discovery left out.
+///
+/// # Errors
+///
+/// As [`Setup::new`].
+pub fn forecast(scene: &Scene, sensor: &Sensor) -> Result<Forecast, Error> {
+    let progress = Progress::default();
+    let mut setup = Setup::new(scene, sensor, BeamSettings::default(), &progress)?;
+    Ok(setup.forecast(&Budget::default()))
 }
 
 /// Measures what falls on a sensor.

@@ -30,12 +30,22 @@ const FIRST: std::ops::RangeInclusive<f64> = 1e-3..=COARSE_ERROR;
 /// The error that the first pass is for if time or rays are limited.
 pub const COARSE_ERROR: f64 = 3e-2;
 
-/// Largest tolerance of a signature, relative to its own flux: some hundreds of cells at least.
-const COARSEST: f64 = 1.0 / 128.0;
+/// Largest tolerance, relative to a signature's own flux, at which its cells tell what they misplace: some
+/// hundreds of cells at least.
+const FINE: f64 = 1.0 / 128.0;
 
-/// The largest tolerance that makes sense for a signature with a `part` of all flux.
-pub fn coarsest(part: f64) -> f64 {
-    COARSEST * part
+/// Largest tolerance of a signature, relative to its own flux, if its bounds do not rest on its cells: some
+/// dozens of them.
+const COARSE: f64 = 1.0 / 8.0;
+
+/// The largest tolerance of a signature with a `part` of all flux at which its cells tell what they misplace.
+pub fn fine(part: f64) -> f64 {
+    FINE * part
+}
+
+/// The largest tolerance that makes sense for it if its bounds do not rest on its cells.
+pub fn coarse(part: f64) -> f64 {
+    COARSE * part
 }
 
 /// Part of the error asked for that a pass aims at, so that one step is enough.
@@ -69,6 +79,16 @@ pub fn first(target: Option<f64>, limited: bool) -> f64 {
         _ => COARSE_ERROR,
     };
     TOLERANCE_AT_ONE * math::powf(error, 1.0 / ERROR_ORDER)
+}
+
+/// The work to an error of `target`, by that of the first pass.
+pub fn after_first(target: Option<f64>) -> f64 {
+    let steps = FIRST.start() / target.unwrap_or(*FIRST.start());
+    if steps > 1.0 {
+        1.0 + math::powf(steps, WORK_ORDER / ERROR_ORDER)
+    } else {
+        1.0
+    }
 }
 
 /// The error of all layers together: they are independent.

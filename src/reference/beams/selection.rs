@@ -137,7 +137,7 @@ fn squares(light: &SignatureLight, film: [usize; 2]) -> f64 {
 }
 
 /// The most flux that texels may get of light whose paths are known: by the densest bins about each.
-fn bound(landings: &[Landing], film: [usize; 2]) -> Vec<f64> {
+pub fn bound(landings: &[Landing], film: [usize; 2]) -> Vec<f64> {
     let texels = film[0] * film[1];
     if landings.is_empty() {
         return Vec::new();

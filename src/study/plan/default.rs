@@ -17,12 +17,23 @@ impl DefaultStudy {
         if sensor.is_camera() {
             return Self::of_camera(scene, sensor);
         }
-        if suits_beams(scene, sensor) {
+        let suits = Method::choose(scene, sensor);
+        if suits.is_ok_and(|choice| choice.method.name() == "beams") {
             return Self::of_beams(scene, sensor);
         }
+        let truth = StudyMethod::swept("photons", "photons", &["16777216"]);
+        if is_without_size(scene) {
+            // Beams would not end soon.
+            let mut methods = techniques(scene, sensor);
+            methods.push(StudyMethod::swept(
+                "photons",
+                "photons",
+                &["4096", "16384", "65536", "262144", "1048576"],
+            ));
+            return Self { truth, methods };
+        }
         Self {
-            truth: StudyMethod::swept("photons", "photons", &["16777216"])
-                .with("direct-samples", LAMP_SAMPLES),
+            truth: truth.with("direct-samples", LAMP_SAMPLES),
             methods: vec![StudyMethod::swept(
                 "photons",
                 "photons",
@@ -32,20 +43,15 @@ impl DefaultStudy {
     }
 
     fn of_beams(scene: &Scene, sensor: &Sensor) -> Self {
-        let mut methods = vec![
+        let mut methods = techniques(scene, sensor);
+        methods.extend([
             StudyMethod::swept("beams", "error", &["10%", "3%"]),
             StudyMethod::swept(
                 "photons",
                 "photons",
                 &["16384", "65536", "262144", "1048576", "4194304"],
             ),
-        ];
-        let all = Method::names().into_iter();
-        let techniques = all.filter_map(|name| {
-            let (key, values) = Method::new(name, &Given::new()).ok()?.sweep()?;
-            supports(name, scene, sensor).then(|| StudyMethod::swept(name, key, values))
-        });
-        methods.splice(0..0, techniques);
+        ]);
         Self {
             truth: StudyMethod::swept("beams", "error", &["0.05%"]),
             methods,
@@ -92,9 +98,14 @@ fn supports(name: &str, scene: &Scene, sensor: &Sensor) -> bool {
     method.is_ok_and(|method| method.supports(scene, sensor).is_ok())
 }
 
-/// True if beams can follow all light of a scene.
-fn suits_beams(scene: &Scene, sensor: &Sensor) -> bool {
-    Method::choose(scene, sensor).is_ok_and(|choice| choice.method.name() == "beams")
+/// The techniques that support a sensor, each with its sweep.
+fn techniques(scene: &Scene, sensor: &Sensor) -> Vec<StudyMethod> {
+    let all = Method::names().into_iter();
+    let swept = all.filter_map(|name| {
+        let (key, values) = Method::new(name, &Given::new()).ok()?.sweep()?;
+        supports(name, scene, sensor).then(|| StudyMethod::swept(name, key, values))
+    });
+    swept.collect()
 }
 
 /// True if no light of a scene shines from a surface.

@@ -9,12 +9,7 @@ pub fn part_patches(facets: &Facets, patches: &[SurfacePatch]) -> (Vec<u32>, Vec
     let mut flat = Vec::new();
     let mut others = Vec::new();
     for patch in patches {
-        let facet = match patch.chart {
-            SurfaceChart::Face { shape, face } => facets.of(shape, face),
-            SurfaceChart::Parameters { shape } => facets.of(shape, 0),
-            SurfaceChart::Cap { .. } => None,
-        };
-        match facet {
+        match facet_of(facets, patch) {
             // A facet of many faces has as many patches.
             Some(facet) if seen[facet as usize] => {}
             Some(facet) => {
@@ -25,6 +20,15 @@ pub fn part_patches(facets: &Facets, patches: &[SurfacePatch]) -> (Vec<u32>, Vec
         }
     }
     (flat, others)
+}
+
+/// The facet that a patch is a part of; `None` if it is not flat.
+pub fn facet_of(facets: &Facets, patch: &SurfacePatch) -> Option<u32> {
+    match patch.chart {
+        SurfaceChart::Face { shape, face } => facets.of(shape, face),
+        SurfaceChart::Parameters { shape } => facets.of(shape, 0),
+        SurfaceChart::Cap { .. } => None,
+    }
 }
 
 /// The chart whose coordinates the facet has.

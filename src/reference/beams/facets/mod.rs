@@ -23,5 +23,5 @@ mod leg;
 mod polygon;
 mod refine;
 
-pub use charts::part_patches;
+pub use charts::{facet_of, part_patches};
 pub use refine::FacetRefiner;

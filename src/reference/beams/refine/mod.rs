@@ -5,8 +5,10 @@ mod border;
 mod limits;
 mod nodes;
 mod refiner;
+mod sound;
 
 pub use balance::Balance;
 pub use limits::Limits;
 pub(super) use refiner::misplaced;
 pub use refiner::{Refiner, Scratch};
+pub use sound::Sounding;

@@ -204,34 +204,56 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// Divides a patch until all its light is placed.
     pub fn refine(&mut self, patch: &SurfacePatch) {
         let chart = &patch.chart;
+        let whole = self.whole(patch);
+        self.scratch.pending.clear();
+        self.scratch.pending.push(whole);
+        while self.may_go_on()
+            && let Some(mut cell) = self.scratch.pending.pop()
+        {
+            let middles = self.middles(chart, &cell);
+            if let Some(quarters) = self.place_or_divide(chart, &mut cell, &middles) {
+                self.scratch.pending.extend(quarters);
+            }
+        }
+    }
+
+    /// The cell that is all of a patch.
+    pub(super) fn whole(&mut self, patch: &SurfacePatch) -> BeamCell<N> {
         let corners = patch
             .corners
-            .map(|at| self.stored(chart, at, CellClearance::default()));
-        self.scratch.pending.clear();
-        self.scratch.pending.push(BeamCell {
+            .map(|at| self.stored(&patch.chart, at, CellClearance::default()));
+        BeamCell {
             corners,
             level: 0,
             clearance: CellClearance::default(),
             noted_bend: 0.0,
             coarser: None,
             outer_bend: 0.0,
-        });
-        while self.may_go_on()
-            && let Some(mut cell) = self.scratch.pending.pop()
-        {
-            let known = cell.clearance;
-            let middles = cell.middles().map(|at| self.stored(chart, at, known));
-            let look = CellSummary::at(&cell.corners, &middles);
-            if self.is_ready(chart, &mut cell, &middles, &look)
-                && let Some(finished) = self.finished(chart, &cell, &middles, look)
-            {
-                self.finish(&cell, &middles, &finished);
-            } else {
-                let noted_bend = self.noted_bend(&cell, &look);
-                let quarters = cell.quarters(&middles, noted_bend, look.bend);
-                self.scratch.pending.extend(quarters);
-            }
         }
+    }
+
+    /// The nodes at the middles of a cell's edges.
+    pub(super) fn middles(&mut self, chart: &SurfaceChart, cell: &BeamCell<N>) -> [BeamNode<N>; 3] {
+        cell.middles()
+            .map(|at| self.stored(chart, at, cell.clearance))
+    }
+
+    /// Puts a cell's light on the film; its quarters if it must be divided.
+    pub(super) fn place_or_divide(
+        &mut self,
+        chart: &SurfaceChart,
+        cell: &mut BeamCell<N>,
+        middles: &[BeamNode<N>; 3],
+    ) -> Option<[BeamCell<N>; 4]> {
+        let look = CellSummary::at(&cell.corners, middles);
+        if self.is_ready(chart, cell, middles, &look)
+            && let Some(finished) = self.finished(chart, cell, middles, look)
+        {
+            self.finish(cell, middles, &finished);
+            return None;
+        }
+        let noted_bend = self.noted_bend(cell, &look);
+        Some(cell.quarters(middles, noted_bend, look.bend))
     }
 
     /// True if a cell's nodes stand for all of it.

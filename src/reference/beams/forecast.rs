@@ -1,0 +1,256 @@
+//! The work of a pass before it begins.
+
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use super::facets::{FacetRefiner, facet_of, part_patches};
+use super::film::BeamFilm;
+use super::limit::Limit;
+use super::pass::{BeamLight, Passes};
+use super::refine::{Limits, Refiner, Scratch, Sounding};
+use crate::numeric::{FixedPoint, Stream, StreamKind};
+use crate::run::Budget;
+use crate::transport::facets::path::FacetPaths;
+use crate::transport::first_surface::{Cone, SurfacePatch};
+use crate::transport::fixed_signature::PathFollower;
+use crate::transport::signature::Signature;
+
+/// Ways down that are taken for each signature and source. Their work differs by a few times their mean: so
+/// many tell the mean to some ten percent.
+const WAYS: usize = 128;
+
+/// Part of the facets that are followed, and range of their number: polygons have no ways down.
+const OF_FACETS: usize = 16;
+const FACETS: std::ops::RangeInclusive<usize> = 4..=64;
+
+/// Most rays and time of one facet or way: a facet may have no end.
+const MOST_RAYS: u64 = 1 << 14;
+const LONGEST: Duration = Duration::from_millis(100);
+
+/// Key of the stream of the ways.
+const SEED: u64 = 0x464f_5245_4341;
+
+/// The work of a pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Forecast {
+    /// Rays, about: the same on any machine.
+    pub rays: f64,
+    /// Time, about, of all threads of this one.
+    pub time: Duration,
+}
+
+/// The patches and facets of a light that stand for all of them, each with the number of those.
+pub struct Sample {
+    patches: Vec<(SurfacePatch, f64)>,
+    facets: Vec<(u32, f64)>,
+}
+
+impl Sample {
+    /// Those of one light, the same on any machine.
+    pub fn of(passes: &Passes, light: &BeamLight, index: usize) -> Self {
+        let stream = Stream::new(StreamKind::Random, SEED).split(index as u64);
+        let (flat, patches) = match Cone::of(&light.source) {
+            Some(_) => (Vec::new(), light.patches.clone()),
+            None => part_patches(passes.facets, &light.patches),
+        };
+        let emitted = |patch: &SurfacePatch| emitted(passes, light, patch).unwrap_or(0.0);
+        let of_patches: Vec<f64> = patches.par_iter().map(emitted).collect();
+        let mut by_facet = vec![0.0; passes.facets.len()];
+        if !flat.is_empty() {
+            for patch in &light.patches {
+                if let Some(facet) = facet_of(passes.facets, patch) {
+                    by_facet[facet as usize] += emitted(patch);
+                }
+            }
+        }
+        let of_facets: Vec<f64> = flat.iter().map(|one| by_facet[*one as usize]).collect();
+        let few = (flat.len() / OF_FACETS).clamp(*FACETS.start(), *FACETS.end());
+        let drawn_patches = drawn(&of_patches, WAYS, stream.split(0));
+        let drawn_facets = drawn(&of_facets, few, stream.split(1));
+        let patch = |(at, stands_for)| (patches[at], stands_for);
+        let facet = |(at, stands_for): (usize, f64)| (flat[at], stands_for);
+        Self {
+            patches: drawn_patches.into_iter().map(patch).collect(),
+            facets: drawn_facets.into_iter().map(facet).collect(),
+        }
+    }
+}
+
+/// Some `count` of all that light sets out to, each with the number of those that it stands for.
+///
+/// Half of them are drawn by number and half by light: a few large ones may take most of the work.
+fn drawn(emitted: &[f64], count: usize, stream: Stream) -> Vec<(usize, f64)> {
+    let all: f64 = emitted.iter().sum();
+    let even = 1.0 / emitted.len().max(1) as f64;
+    let mut sample = Vec::new();
+    let (mut end, mut done) = (0.0, 0);
+    for (index, emitted) in emitted.iter().enumerate() {
+        let probability = if all > 0.0 {
+            0.5 * (even + emitted / all)
+        } else {
+            even
+        };
+        end += probability;
+        // One in each of as many equal parts of the probability.
+        while done < count && done as f64 + stream.extra(done as u64, 0) < end * count as f64 {
+            sample.push((index, 1.0 / (probability * count as f64)));
+            done += 1;
+        }
+    }
+    sample
+}
+
+/// Flux \[W\] that sets out to a patch, about, for a strength of 1.
+fn emitted(passes: &Passes, light: &BeamLight, patch: &SurfacePatch) -> Option<f64> {
+    let [a, b, c] = patch.corners;
+    let spot = patch.chart.place(passes.scene.world(), (a + b + c) / 3.0)?;
+    let arrival = light.source.arrive(spot.point.position)?;
+    Some(arrival.emitted(&spot) * 0.5 * (b - a).perp_dot(c - a).abs())
+}
+
+impl Passes<'_> {
+    /// Likely work of one signature at one tolerance, from a sample of each light.
+    pub fn sound(
+        &self,
+        lights: &[(&BeamLight, Sample)],
+        signature: Signature,
+        limits: Limits,
+    ) -> Sounding {
+        if self.target.is_achromatic(self.scene) {
+            self.sound_in::<1>(lights, signature, limits)
+        } else {
+            self.sound_in::<3>(lights, signature, limits)
+        }
+    }
+
+    fn sound_in<const N: usize>(
+        &self,
+        lights: &[(&BeamLight, Sample)],
+        signature: Signature,
+        limits: Limits,
+    ) -> Sounding {
+        let mut all = Sounding::default();
+        // What is put on it is of no use, so that it need not be right.
+        let Ok(scale) = FixedPoint::for_total(64.0 * self.flux) else {
+            return all;
+        };
+        let film = BeamFilm::<N>::new(self.target.size(), scale);
+        let screen = self.target.screen();
+        let stream = Stream::new(StreamKind::Random, SEED).split(u64::from(signature.key()));
+        for (light, sample) in lights {
+            let paths = FacetPaths::new(
+                self.scene,
+                &light.source,
+                self.facets,
+                signature,
+                self.shading_normals,
+            );
+            let sound = |work: &dyn Fn(&mut Refiner<'_, '_, N>) -> Sounding| {
+                let budget = Budget {
+                    work: Some(MOST_RAYS),
+                    time: Some(LONGEST),
+                    ..Budget::default()
+                };
+                let limit = Limit::new(&budget, self.progress, Instant::now());
+                let mut scratch = Scratch::new(signature.len());
+                let follower = PathFollower::new(
+                    self.scene,
+                    &light.source,
+                    &screen,
+                    signature,
+                    self.shading_normals,
+                );
+                let mut refiner = Refiner::new(
+                    follower,
+                    self.shared,
+                    &film,
+                    self.clearance,
+                    &limit,
+                    limits,
+                    &mut scratch,
+                );
+                work(&mut refiner)
+            };
+            let ways = sample.patches.par_iter().enumerate();
+            let ways = ways.map(|(way, (patch, stands_for))| {
+                let found = sound(&|refiner| {
+                    let mut level = 0;
+                    refiner.sound(patch, || {
+                        level += 1;
+                        stream.extra(way as u64, level)
+                    })
+                });
+                found * *stands_for
+            });
+            let facets = sample.facets.par_iter().map(|(facet, stands_for)| {
+                let found = sound(&|refiner| {
+                    let began = Instant::now();
+                    let mut polygons =
+                        FacetRefiner::new(&paths, &screen, self.clearance, &film, limits.tolerance);
+                    polygons.refine(*facet, refiner);
+                    let rays = polygons.counters.rays + refiner.counters().rays;
+                    Sounding::new(rays, began.elapsed())
+                });
+                found * *stands_for
+            });
+            // In order: the same on any threads.
+            let found: Vec<Sounding> = ways.chain(facets).collect();
+            for one in found {
+                all += one;
+            }
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::beams::run::forecast;
+
+    fn of(scene: &str) -> (Forecast, u64) {
+        let size = [("size".to_owned(), "64".to_owned())];
+        let scene = crate::mitsuba::load(format!("scenes/{scene}.xml").as_ref(), &size).unwrap();
+        let sensor = &scene.sensors()[0];
+        let (estimate, _) = crate::reference::beams::run(
+            &scene,
+            sensor,
+            crate::reference::beams::BeamSettings::default(),
+            &Budget::default(),
+            &crate::run::Progress::default(),
+        )
+        .unwrap();
+        (forecast(&scene, sensor).unwrap(), estimate.counters.rays)
+    }
+
+    #[test]
+    fn a_forecast_tells_the_rays_of_smooth_cells_and_of_flat_facets_to_a_factor() {
+        // The work of a way varies by some times its mean, over 128 ways: a factor of 2. The discovery
+        // and a second pass are no part of it, and four of the diamond's facets are asked: another 2.
+        for scene in ["glass-ball", "diamond"] {
+            let (forecast, rays) = of(scene);
+            let ratio = forecast.rays / rays as f64;
+            assert!(
+                (0.25..4.0).contains(&ratio),
+                "{scene}: {forecast:?}, {rays} rays"
+            );
+        }
+    }
+
+    #[test]
+    fn all_that_is_drawn_stands_for_all() {
+        let stream = Stream::new(StreamKind::Random, 1);
+        let emitted: Vec<f64> = (0..1000).map(|index| f64::from(index % 10 == 0)).collect();
+        let sample = drawn(&emitted, 200, stream);
+        assert_eq!(sample.len(), 200);
+        // 1000 in all, of which 100 are lit: half of the sample by light finds these.
+        let number: f64 = sample.iter().map(|(_, stands_for)| stands_for).sum();
+        let lit = |(index, _): &&(usize, f64)| index % 10 == 0;
+        let lit_number: f64 = sample.iter().filter(lit).map(|(_, one)| one).sum();
+        // Strata are as wide as 2 to 10 elements: no more than that is lost at either end of a hundred runs.
+        assert!((number - 1000.0).abs() < 100.0, "{number}");
+        assert!((lit_number - 100.0).abs() < 20.0, "{lit_number}");
+        assert!(drawn(&[], 4, stream).is_empty());
+    }
+}
