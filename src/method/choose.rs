@@ -114,6 +114,10 @@ impl Method {
 /// Most rays of beams that are chosen without being asked for: some minutes' work.
 const MOST_RAYS: f64 = 1e9;
 
+/// Most texels of a film on which beams are forecast here: a choice is to take little time and memory. The run on
+/// a larger one says itself how long it will take.
+const MOST_TEXELS: u64 = 1 << 20;
+
 /// The method that a scene alone suggests, and why.
 fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError> {
     let measured = if sensor.is_camera() {
@@ -126,8 +130,12 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
     if let Err(refusal) = best.supports(scene, sensor, &values) {
         return Ok((photons, format!("beams cannot follow all light: {refusal}")));
     }
+    let crop = &sensor.film.crop;
+    let texels = u64::from(crop.width) * u64::from(crop.height);
     // If the sensor cannot receive, beams say why.
-    let forecast = beams::forecast(scene, sensor).ok();
+    let forecast = (texels <= MOST_TEXELS)
+        .then(|| beams::forecast(scene, sensor).ok())
+        .flatten();
     if let Some(forecast) = forecast.filter(|forecast| forecast.rays > MOST_RAYS) {
         let reason = format!(
             "beams would take about {} to their default error, as some light goes by chaotic chains of mirrors and \
