@@ -114,8 +114,8 @@ impl Method {
 /// Most rays of beams that are chosen without being asked for: some minutes' work.
 const MOST_RAYS: f64 = 1e9;
 
-/// Most texels of a film on which beams are forecast here: a choice is to take little time and memory. The run on
-/// a larger one says itself how long it will take.
+/// Most texels of a film on which beams are forecast here: a choice is to take little time and memory. The
+/// run on a larger one says itself how long it will take.
 const MOST_TEXELS: u64 = 1 << 20;
 
 /// The method that a scene alone suggests, and why.
