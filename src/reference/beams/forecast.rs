@@ -4,15 +4,14 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::facets::{FacetRefiner, facet_of, part_patches};
+use super::facets::{FacetRefiner, facet_of};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::pass::{BeamLight, Passes};
 use super::refine::{Limits, Refiner, Scratch, Sounding};
 use crate::numeric::{FixedPoint, Stream, StreamKind};
 use crate::run::Budget;
-use crate::transport::facets::path::FacetPaths;
-use crate::transport::first_surface::{Cone, SurfacePatch};
+use crate::transport::first_surface::SurfacePatch;
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::signature::Signature;
 
@@ -50,10 +49,7 @@ impl Sample {
     /// Those of one light, the same on any machine.
     pub fn of(passes: &Passes, light: &BeamLight, index: usize) -> Self {
         let stream = Stream::new(StreamKind::Random, SEED).split(index as u64);
-        let (flat, patches) = match Cone::of(&light.source) {
-            Some(_) => (Vec::new(), light.patches.clone()),
-            None => part_patches(passes.facets, &light.patches),
-        };
+        let (flat, patches) = light.parts(passes.facets);
         let emitted = |patch: &SurfacePatch| emitted(passes, light, patch).unwrap_or(0.0);
         let of_patches: Vec<f64> = patches.par_iter().map(emitted).collect();
         let mut by_facet = vec![0.0; passes.facets.len()];
@@ -139,13 +135,7 @@ impl Passes<'_> {
         let screen = self.target.screen();
         let stream = Stream::new(StreamKind::Random, SEED).split(u64::from(signature.key()));
         for (light, sample) in lights {
-            let paths = FacetPaths::new(
-                self.scene,
-                &light.source,
-                self.facets,
-                signature,
-                self.shading_normals,
-            );
+            let paths = self.paths(light, signature);
             let sound = |work: &dyn Fn(&mut Refiner<'_, '_, N>) -> Sounding| {
                 let budget = Budget {
                     work: Some(MOST_RAYS),

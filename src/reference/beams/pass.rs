@@ -40,6 +40,17 @@ pub struct BeamLight {
     pub patches: Vec<SurfacePatch>,
 }
 
+impl BeamLight {
+    /// The facets that its light is followed by as polygons, and the patches that are divided into cells.
+    pub fn parts(&self, facets: &Facets) -> (Vec<u32>, Vec<SurfacePatch>) {
+        match Cone::of(&self.source) {
+            // Its patches are parts of facets only, and the cone's border is none of the facets' edges.
+            Some(_) => (Vec::new(), self.patches.clone()),
+            None => part_patches(facets, &self.patches),
+        }
+    }
+}
+
 /// The inputs that all passes of a run share.
 pub struct Passes<'a> {
     /// The scene.
@@ -167,6 +178,21 @@ impl Passes<'_> {
         }))
     }
 
+    /// The paths of one source's light by way of flat facets.
+    pub(super) fn paths<'p>(
+        &'p self,
+        light: &'p BeamLight,
+        signature: Signature,
+    ) -> FacetPaths<'p> {
+        FacetPaths::new(
+            self.scene,
+            &light.source,
+            self.facets,
+            signature,
+            self.shading_normals,
+        )
+    }
+
     /// One source's light, in tasks of some patches.
     fn light<const N: usize>(
         &self,
@@ -178,13 +204,7 @@ impl Passes<'_> {
         // Memory to work in, handed from task to task.
         let idle: Mutex<Vec<Scratch<N>>> = Mutex::new(Vec::new());
         let screen = self.target.screen();
-        let paths = FacetPaths::new(
-            self.scene,
-            &light.source,
-            self.facets,
-            signature,
-            self.shading_normals,
-        );
+        let paths = self.paths(light, signature);
         let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> TaskWork<N>| {
             if self.limit.is_reached() {
                 return None;
@@ -220,11 +240,7 @@ impl Passes<'_> {
             }
             Some((balance, counters))
         };
-        let (flat, patches) = match Cone::of(&light.source) {
-            // Its patches are parts of facets only, and the cone's border is none of the facets' edges.
-            Some(_) => (Vec::new(), light.patches.clone()),
-            None => part_patches(self.facets, &light.patches),
-        };
+        let (flat, patches) = light.parts(self.facets);
         let task =
             |patches: usize| (patches / TASKS).clamp(*TASK_PATCHES.start(), *TASK_PATCHES.end());
         let by_cells = patches.par_chunks(task(patches.len())).map(|patches| {
