@@ -126,8 +126,7 @@ impl SensorFilm {
                 let (ray, hit) = next_hit(scene, view.ray, &mut counters)?;
                 let point = scene.world().surface_point(&ray, &hit);
                 // As if light came from the camera.
-                let seen =
-                    camera.connect(scene, hit.shape, &point, ray.direction, &mut counters)?;
+                let seen = camera.connect(scene, &hit, &point, ray.direction, &mut counters)?;
                 Some(seen.radiance_per_flux.max_channel()).filter(|factor| factor.is_normal())
             })
             .collect();
@@ -319,7 +318,7 @@ fn visible_point(
         return None;
     }
     let front = ray.direction.dot(point.geometric_normal) < 0.0;
-    let albedo = reflectance(scene, scene.material_of(hit.shape), front)?;
+    let albedo = reflectance(scene, &hit, &point, front)?;
     let normal = if front {
         point.geometric_normal
     } else {

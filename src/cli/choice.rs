@@ -40,8 +40,8 @@ pub(super) fn choose(
     Ok((sensor, method, notice))
 }
 
-/// The method that makes a picture of all light: all methods together, or paths alone if the scene does not
-/// suit the others. Settings of one method alone choose it.
+/// The method that makes a picture of all light: all methods together. Settings of one method alone choose
+/// it.
 fn choose_view(
     given: &Given,
     scene: &Scene,
@@ -60,13 +60,7 @@ fn choose_view(
         let notice = format!("{seen} by {}, whose settings are given", method.name());
         return Ok((method, Some(notice)));
     };
-    match full.supports(scene, sensor) {
-        Ok(()) => Ok((full, Some(format!("{seen} by full, with all of its light")))),
-        Err(refusal) => Ok((
-            of("path")?,
-            Some(format!("{seen} by path: full cannot: {refusal}")),
-        )),
-    }
+    Ok((full, Some(format!("{seen} by full, with all of its light"))))
 }
 
 /// The method asked for, or the one that suits the scene and the settings, with a notice if it is not

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::numeric::math;
+use crate::numeric::quadrature::GaussLegendre;
 
 /// The weight of a sample on the pixels near it, with Mitsuba's parameters.
 ///
@@ -62,6 +63,48 @@ impl ReconstructionFilter {
         }
     }
 
+    /// True if it is negative in places, so that a pixel's sum may be, too.
+    pub fn has_negative_lobes(&self) -> bool {
+        match *self {
+            Self::Box | Self::Tent { .. } | Self::Gaussian { .. } => false,
+            // Beyond one pixel, y = 2 − x, it is y² (B y − 6 C (1 − y)) / 6. For C = 0 it is linear in B, and
+            // positive for 0 and 1.
+            Self::Mitchell { b, c } => c != 0.0 || !(0.0..=1.0).contains(&b),
+            Self::CatmullRom | Self::Lanczos { .. } => true,
+        }
+    }
+
+    /// The least light that a pixel can have: 0, or any number if the filter has negative lobes.
+    pub fn least_light(&self) -> f64 {
+        if self.has_negative_lobes() {
+            f64::NEG_INFINITY
+        } else {
+            0.0
+        }
+    }
+
+    /// The integral of f over `from` ≤ x ≤ `to` \[pixels\].
+    ///
+    /// All filters are smooth between whole numbers and their radius. There the rule of 20 nodes is exact for
+    /// the tent and the cubics, and for the others to rounding.
+    pub fn integral(&self, from: f64, to: f64) -> f64 {
+        let radius = self.radius();
+        let (from, to) = (from.max(-radius), to.min(radius));
+        if *self == Self::Box {
+            return (to - from).max(0.0);
+        }
+        let Some(rule) = GaussLegendre::new(NODES) else {
+            return f64::NAN;
+        };
+        let (mut sum, mut start) = (0.0, from);
+        while start < to {
+            let end = (start.floor() + 1.0).min(to);
+            sum += rule.integrate(start, end, |x| self.eval(x));
+            start = end;
+        }
+        sum
+    }
+
     /// Number of pixels, each way, that a sample may reach beyond the one it falls in.
     pub fn border(&self) -> usize {
         // The cast is exact as long as the radius is: no film is wide enough for another.
@@ -106,6 +149,9 @@ impl ReconstructionFilter {
         }
     }
 }
+
+/// Nodes of a rule over a pixel. A Gaussian a tenth of a pixel wide is then as smooth as they are dense.
+const NODES: usize = 20;
 
 /// The distance at which a Gaussian is cut off, in standard deviations.
 const GAUSSIAN_CUT: f64 = 4.0;

@@ -12,6 +12,7 @@ mod grid;
 mod image;
 mod lazy;
 pub mod picture;
+mod pixel_filter;
 pub mod splat;
 
 pub use accumulator::{Accumulator, AccumulatorError, ReplicateMean};
@@ -19,3 +20,4 @@ pub use filter::ReconstructionFilter;
 pub use grid::Grid;
 pub use image::{Channel, Image, ImageError, Rounding};
 pub use lazy::LazyImage;
+pub use pixel_filter::PixelFilter;

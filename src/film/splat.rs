@@ -1,15 +1,10 @@
 //! Splatting: the pixels that a sample goes to, and their weights.
 //!
 //! A sample of value L at the film point x adds f(pᵢ − x) L to each pixel i near it, pᵢ its centre and f the
-//! [filter](ReconstructionFilter). There are two ways of dividing by the weights, as in Mitsuba:
-//!
-//! | | pixel i | used by |
-//! |---|---|---|
-//! | by pixel | Σ f(pᵢ − xₛ) Lₛ / Σ f(pᵢ − xₛ) over the samples s | paths from a camera, `path` |
-//! | by sample | Σ f(pᵢ − xₛ) Lₛ / Σⱼ f(pⱼ − xₛ), j over all pixels | light to a camera, `ptracer` |
-//!
-//! By pixel, samples are spread evenly over the film and the weights belong to the average. By sample, each
-//! sample's light lands on the film whole, however near to the border it is.
+//! [filter](ReconstructionFilter). Paths from a camera spread their samples evenly over the film, and divide
+//! by the weights they gave: pixel i is Σ f(pᵢ − xₛ) Lₛ / Σ f(pᵢ − xₛ) over the samples s. Light that is
+//! connected to a camera chooses its own places, and is divided by the mean of those weights: see
+//! [`PixelFilter`](super::PixelFilter).
 
 use glam::DVec2;
 
@@ -53,23 +48,6 @@ impl Splatter {
     pub fn spread(&self, at: DVec2, footprint: &mut Footprint) {
         footprint.left = self.axis(at.x, self.width, &mut footprint.columns);
         footprint.top = self.axis(at.y, self.height, &mut footprint.rows);
-    }
-
-    /// Does as [`spread`](Self::spread), with weights that sum to one over the film: for light that is
-    /// connected to a camera. Returns true if there is anything to add: a sum of zero, which filters with
-    /// negative lobes may have, cannot be divided by.
-    pub fn spread_whole(&self, at: DVec2, footprint: &mut Footprint) -> bool {
-        self.spread(at, footprint);
-        for weights in [&mut footprint.columns, &mut footprint.rows] {
-            let sum: f64 = weights.iter().sum();
-            if sum == 0.0 {
-                return false;
-            }
-            for weight in weights {
-                *weight /= sum;
-            }
-        }
-        true
     }
 
     /// The first pixel within reach of `at` along one axis, and the weights from there on.
@@ -181,24 +159,6 @@ mod tests {
                 DVec2::new(f64::NAN, 2.0),
             ] {
                 assert!(spread(&splatter, at).is_empty(), "{filter:?} at {at}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_whole_sample_lands_on_the_film_at_its_border_too() {
-        for filter in FILTERS {
-            let splatter = Splatter::new(filter, 7, 5);
-            for at in [
-                DVec2::new(0.01, 0.3),
-                DVec2::new(6.9, 4.9),
-                DVec2::new(3.5, 2.1),
-            ] {
-                let mut footprint = Footprint::default();
-                assert!(splatter.spread_whole(at, &mut footprint));
-                let sum: f64 = footprint.pixels().map(|pixel| pixel.2).sum();
-                // Some 50 roundings.
-                assert!((sum - 1.0).abs() < 50.0 * f64::EPSILON, "{filter:?}: {sum}");
             }
         }
     }

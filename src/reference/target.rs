@@ -2,11 +2,14 @@
 
 use glam::DVec2;
 
+use crate::film::PixelFilter;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::run::{Quantity, Refusal};
-use crate::scene::{Color, Material, Scene, Sensor, SensorKind, is_achromatic};
-use crate::transport::camera::Camera;
+use crate::scene::{
+    Color, Material, ReconstructionFilter, Scene, Sensor, SensorKind, is_achromatic,
+};
+use crate::transport::camera::{Camera, CameraError};
 use crate::transport::receiver::Receiver;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
@@ -24,34 +27,46 @@ pub enum Target {
         camera: Box<Camera>,
         /// The étendue of a typical pixel [m² sr].
         etendue: f64,
+        /// The weights of pixels that look beyond their borders; `None` if pixels are plain averages.
+        filter: Option<Box<PixelFilter>>,
     },
 }
 
 impl Target {
-    /// The sensor of a scene.
+    /// The sensor of a scene. What a camera may be is the method's to say: `camera_of` is
+    /// [`Camera::new`], or a constructor that allows more.
     ///
     /// # Errors
     ///
-    /// As [`Receiver::new`] and [`Camera::new`].
+    /// As [`Receiver::new`] and `camera_of`.
     pub fn new(
         scene: &Scene,
         sensor: &Sensor,
         shading_normals: ShadingNormals,
+        camera_of: impl FnOnce(&Scene, &Sensor) -> Result<Camera, CameraError>,
     ) -> Result<Self, Refusal> {
         if matches!(sensor.kind, SensorKind::IrradianceMeter { .. }) {
             return Ok(Self::Receiver(Box::new(Receiver::new(scene, sensor)?)));
         }
-        let camera = Camera::new(scene, sensor)?.with_shading_normals(shading_normals);
+        let camera = camera_of(scene, sensor)?.with_shading_normals(shading_normals);
         let etendue = typical_etendue(scene, &camera);
+        let is_plain = camera.filter() == ReconstructionFilter::Box;
+        let filter = (!is_plain).then(|| Box::new(camera.pixel_filter()));
         let camera = Box::new(camera);
-        Ok(Self::Camera { camera, etendue })
+        Ok(Self::Camera {
+            camera,
+            etendue,
+            filter,
+        })
     }
 
     /// What paths fall on.
     pub fn screen(&self) -> Screen<'_> {
         match self {
             Self::Receiver(receiver) => Screen::Receiver(receiver),
-            Self::Camera { camera, etendue } => Screen::Camera {
+            Self::Camera {
+                camera, etendue, ..
+            } => Screen::Camera {
                 camera,
                 etendue: *etendue,
             },
@@ -67,6 +82,15 @@ impl Target {
     pub fn texels(&self) -> usize {
         let [width, height] = self.size();
         width * height
+    }
+
+    /// The weights of a camera's pixels that look beyond their borders; `None` if light counts in the texel
+    /// or pixel where it falls.
+    pub fn filter(&self) -> Option<&PixelFilter> {
+        match self {
+            Self::Receiver(_) => None,
+            Self::Camera { filter, .. } => filter.as_deref(),
+        }
     }
 
     /// What is measured.
@@ -147,7 +171,7 @@ fn radiance_per_flux(
     let view = camera.pixel_ray(at);
     let hit = scene.world().closest_hit(&view.ray, view.reach, counters)?;
     let point = scene.world().surface_point(&view.ray, &hit);
-    let seen = camera.connect(scene, hit.shape, &point, view.ray.direction, counters)?;
+    let seen = camera.connect(scene, &hit, &point, view.ray.direction, counters)?;
     Some(seen.radiance_per_flux)
 }
 

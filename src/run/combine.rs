@@ -93,27 +93,31 @@ impl Estimate {
     }
 
     /// The same with bounds of a random method's layers: `replicates` - 1 degrees of freedom, each holding
-    /// with the probability `confidence`. Layers that have bounds keep them.
+    /// with the probability `confidence`. Layers that have bounds keep them. No bound is below `least`, the
+    /// least light that there can be ([`ReconstructionFilter::least_light`]).
+    ///
+    /// [`ReconstructionFilter::least_light`]: crate::scene::ReconstructionFilter::least_light
     #[must_use]
     #[doc(hidden)]
-    pub fn with_bounds(mut self, confidence: f64, replicates: u32) -> Self {
+    pub fn with_bounds(mut self, confidence: f64, replicates: u32, least: f64) -> Self {
         let widths = critical_value(confidence, f64::from(replicates) - 1.0);
         for layer in self.layers.iter_mut().chain([&mut self.total]) {
             let bound = |sign: f64| {
                 let values = layer.values.iter().zip(&layer.standard_error);
                 let bounds = values.map(|(value, error)| *value + *error * (sign * widths));
-                // No light is less than none; what is unknown stays so.
+                // What is unknown stays so.
                 bounds
-                    .map(|it| it.map(|bound| if bound < 0.0 { 0.0 } else { bound }))
+                    .map(|it| it.map(|bound| if bound < least { least } else { bound }))
                     .collect()
             };
+            // Those that hold for few samples know more than the scatter does.
+            let of_sampling = layer.sampling.take();
             if layer.interval.is_none() {
-                layer.interval = Some(Interval {
+                layer.interval = Some(of_sampling.unwrap_or_else(|| Interval {
                     low: bound(-1.0),
                     high: bound(1.0),
-                });
+                }));
             }
-            layer.sampling = None;
         }
         self
     }

@@ -82,11 +82,11 @@ impl Screen<'_> {
         arrival: &Arrival<N>,
         counters: &mut TraversalCounters,
     ) -> Option<(usize, Rgb)> {
-        let Arrival {
-            ray, hit, point, ..
-        } = *arrival;
         match self {
             Self::Receiver(receiver) => {
+                let Arrival {
+                    ray, hit, point, ..
+                } = *arrival;
                 if hit.shape != receiver.shape() {
                     return None;
                 }
@@ -94,12 +94,33 @@ impl Screen<'_> {
                 let texel = receiver.texel(&point, ray.direction)?;
                 Some((texel, Rgb::WHITE))
             }
-            Self::Camera { camera, etendue } => {
-                let (pixel, factor) =
-                    camera.connect_pixel(scene, hit.shape, point, ray.direction, counters)?;
-                Some((pixel, factor * *etendue))
+            Self::Camera { camera, .. } => {
+                let is_on_film = |at| camera.pixel(at).is_some();
+                let (at, factor) = self.seen(scene, arrival, is_on_film, counters)?;
+                Some((camera.pixel(at)?, factor))
             }
         }
+    }
+
+    /// The film coordinates at which a camera sees light arriving at a surface, and the factor from its flux
+    /// \[W\] to the sum on the film of a pixel that counts it whole. `None` if it sees nothing of the light,
+    /// if the coordinates are not wanted, and for a receiver.
+    #[inline]
+    pub fn seen<const N: usize>(
+        &self,
+        scene: &Scene,
+        arrival: &Arrival<N>,
+        is_wanted: impl FnOnce(DVec2) -> bool,
+        counters: &mut TraversalCounters,
+    ) -> Option<(DVec2, Rgb)> {
+        let Self::Camera { camera, etendue } = self else {
+            return None;
+        };
+        let Arrival {
+            ray, hit, point, ..
+        } = *arrival;
+        let seen = camera.connect_where(scene, hit, point, ray.direction, is_wanted, counters)?;
+        Some((seen.at, seen.radiance_per_flux * *etendue))
     }
 
     /// The end of a path whose last leg is `ray`, which met `hit` or nothing at all.
@@ -232,7 +253,7 @@ fn on_camera(
     let [low, high] = camera.near_film();
     let is_near = at.cmpge(low).all() && at.cmple(high).all();
     let seen = is_near
-        .then(|| camera.connect(scene, hit.shape, &point, ray.direction, counters))
+        .then(|| camera.connect(scene, hit, &point, ray.direction, counters))
         .flatten()?;
     Some((seen.at, seen.radiance_per_flux))
 }

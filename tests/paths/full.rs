@@ -153,7 +153,15 @@ fn assert_mapped(layer: &Layer, report: &FullReport, by_paths: &Layer) {
     let bounds = layer.interval.as_ref().unwrap();
     let pixels = layer.values.len();
     let widths = student::two_sided_quantile(1e-3, 31);
+    // Maps whose photons never reached a pixel say 0 ± 0 of it (see the manual): it must be a dark one.
+    let is_reached = |pixel: &usize| layer.standard_error[*pixel].0[1] > 0.0;
+    let green = |pixel: usize| by_paths.values[pixel].0[1];
+    let all: f64 = (0..pixels).map(green).sum();
+    let unreached = (0..pixels).filter(|pixel| !is_reached(pixel));
+    let unreached = unreached.map(green).sum::<f64>();
+    assert!(unreached.abs() < 1e-3 * all, "{what}: {unreached} of {all}");
     let missed = (0..pixels)
+        .filter(is_reached)
         .filter(|&pixel| {
             let [truth, error, low, high] = [
                 &by_paths.values,
@@ -358,7 +366,17 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
         ),
         (FLOOR, &[BALL, sky], Path, Path, &["all round"]),
         (FLOOR, &[BALL, sky, POINT], Path, Path, &["never"]),
-        (textured, &[BALL, LAMP], Path, Path, &["floor"]),
+        (textured, &[BALL, LAMP], Photons, PhotonMap, &[]),
+        (
+            textured,
+            &[BALL, POINT],
+            Photons,
+            PhotonMap,
+            &[
+                "caustic: by photons instead of beams, as sensor \"perspective_0\" may see shape \"floor\"",
+                "caustic-indirect",
+            ],
+        ),
         (plastic, &[BALL, LAMP], Path, Path, &["\"floor\" (plastic)"]),
         (
             plastic,
@@ -408,34 +426,101 @@ fn refused(scene: &Scene, sensor: &Sensor) -> String {
 }
 
 #[test]
-fn cameras_that_light_cannot_be_connected_to_are_refused_by_name_unless_there_is_no_caustic() {
-    let gaussian = film(4, 4, "<rfilter type=\"gaussian\"/>");
-    let said = {
-        let scene = room(&gaussian, FLOOR, &[BALL, LAMP]);
-        refused(&scene, &scene.sensors()[0])
-    };
-    assert!(
-        said.contains("gaussian") && said.contains("--method path"),
-        "{said}"
-    );
-    let lens = |more: &str| {
-        scene(&format!(
-            "<sensor type=\"thinlens\" id=\"eye\"><float name=\"aperture_radius\" value=\"0.1\"/>\
-             <float name=\"focus_distance\" value=\"3\"/><float name=\"fov\" value=\"40\"/>{}</sensor>\
-             <shape type=\"rectangle\"><sensor type=\"irradiancemeter\" id=\"meter\"/></shape>{LAMP}{more}",
-            film(4, 4, BOX)
-        ))
-    };
-    let glass = lens(BALL);
-    let said = refused(&glass, &glass.sensors()[0]);
-    assert!(said.contains("\"eye\" is a thinlens"), "{said}");
-    let said = refused(&glass, &glass.sensors()[1]);
+fn a_receiver_is_refused_and_matt_scenes_have_one_part() {
+    let meter = scene(&format!(
+        "<shape type=\"rectangle\"><sensor type=\"irradiancemeter\" id=\"meter\"/></shape>{LAMP}{BALL}"
+    ));
+    let said = refused(&meter, &meter.sensors()[0]);
     assert!(said.contains("\"meter\" is an irradiancemeter"), "{said}");
-    let matt = [lens(""), room(&gaussian, FLOOR, &[LAMP])];
-    for scene in &matt {
-        let (_, report) = full(scene, FullSettings::default(), &budget(32, 1));
+    for matt in [
+        through_lens(FLOOR, &[LAMP]),
+        room(&film(4, 4, GAUSSIAN), FLOOR, &[LAMP]),
+    ] {
+        let (_, report) = full(&matt, FullSettings::default(), &budget(32, 1));
         assert_eq!(report.parts.len(), 1);
         assert_eq!(report.parts[0].classes, PathClasses::ALL);
+    }
+}
+
+const GAUSSIAN: &str = "<rfilter type=\"gaussian\"/>";
+const MITCHELL: &str = "<rfilter type=\"mitchell\"/>";
+const TILES: &str = "<bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\">\
+    <rgb name=\"color0\" value=\"0.8, 0.6, 0.1\"/><rgb name=\"color1\" value=\"0.2, 0.3, 0.7\"/>\
+    <transform name=\"to_uv\"><scale x=\"5\" y=\"5\"/></transform></texture></bsdf>";
+
+/// The room seen through a lens that blurs all but its middle.
+fn through_lens(floor: &str, more: &[&str]) -> Scene {
+    let view = film(16, 12, GAUSSIAN);
+    let pinhole = camera(45.0, &view);
+    let lens = pinhole.replace(
+        "type=\"perspective\">",
+        "type=\"thinlens\"><float name=\"aperture_radius\" value=\"0.2\"/>\
+         <float name=\"focus_distance\" value=\"3\"/>",
+    );
+    assert_ne!(lens, pinhole);
+    scene(&format!(
+        "{lens}<shape type=\"rectangle\" id=\"floor\"><transform name=\"to_world\"><scale value=\"3\"/>\
+         <translate z=\"-1\"/></transform>{floor}</shape>{WALL}{}",
+        more.concat()
+    ))
+}
+
+#[test]
+fn caustics_through_any_filter_on_any_texture_are_those_of_paths() {
+    for filter in [GAUSSIAN, MITCHELL] {
+        let scene = room(&film(16, 12, filter), TILES, &[BALL, MIRROR, LAMP]);
+        let (found, report) = full(&scene, with_small_maps(), &budget(64, 1 << 24));
+        let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
+        assert_eq!(methods, [Finder::Photons, Finder::PhotonMap, Finder::Path]);
+        let truth = image(&scene, PathSettings::default(), 8192);
+        let layer = |image, of| class(image, of).unwrap();
+        let one = PathClass::Caustic;
+        assert_same(filter, layer(&found, one), layer(&truth, one));
+        let seen = PathClass::SeenCaustic;
+        assert_mapped(layer(&found, seen), &report, layer(&truth, seen));
+    }
+}
+
+#[test]
+fn a_border_that_is_sampled_shines_into_the_image() {
+    let border = "<boolean name=\"sample_border\" value=\"true\"/><rfilter type=\"gaussian\"/>";
+    let [with, without] = [border, GAUSSIAN].map(|filter| {
+        // The ball's caustic is wider than this view of its middle.
+        let view = camera(25.0, &film(12, 10, filter));
+        let view = view.replace("target=\"0, 0, 0\"", "target=\"-0.5, 0.4, -1\"");
+        let scene = scene(&format!(
+            "{view}<shape type=\"rectangle\" id=\"floor\"><transform name=\"to_world\"><scale value=\"3\"/>\
+             <translate z=\"-1\"/></transform>{FLOOR}</shape>{BALL}{LAMP}"
+        ));
+        let (found, _) = full(&scene, with_small_maps(), &budget(64, 1 << 22));
+        let truth = image(&scene, PathSettings::default(), 8192);
+        let one = PathClass::Caustic;
+        let layer = |image| class(image, one).unwrap().clone();
+        assert_same(filter, &layer(&found), &layer(&truth));
+        layer(&found)
+    });
+    assert!(with.values != without.values);
+}
+
+#[test]
+fn caustics_seen_through_a_lens_are_those_of_paths() {
+    let scene = through_lens(TILES, &[BALL, MIRROR, LAMP]);
+    let (found, report) = full(&scene, with_small_maps(), &budget(64, 1 << 24));
+    let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
+    assert_eq!(
+        methods,
+        [Finder::PhotonMap, Finder::PhotonMap, Finder::Path]
+    );
+    let told = "caustic: by photon-map instead of beams, as sensor \"thinlens_0\" is a thinlens";
+    assert!(
+        report.notices.iter().any(|it| it.contains(told)),
+        "{:?}",
+        report.notices
+    );
+    let truth = image(&scene, PathSettings::default(), 8192);
+    for one in [PathClass::Caustic, PathClass::SeenCaustic] {
+        let [a, b] = [&found, &truth].map(|image| class(image, one).unwrap());
+        assert_mapped(a, &report, b);
     }
 }
 

@@ -155,7 +155,9 @@ fn by_photons(scene: &Scene, row: &Row) -> Estimate {
     };
     let camera = sensor(scene, "camera");
     let found = photons::run(scene, camera, settings, &budget, &Progress::default());
-    found.unwrap().with_bounds(CONFIDENCE, settings.replicates)
+    found
+        .unwrap()
+        .with_bounds(CONFIDENCE, settings.replicates, 0.0)
 }
 
 fn by_maps(scene: &Scene, row: &Row) -> Estimate {
@@ -196,7 +198,7 @@ fn by_paths(scene: &Scene, row: &Row) -> Estimate {
     found
         .unwrap()
         .0
-        .with_bounds(CONFIDENCE, settings.replicates)
+        .with_bounds(CONFIDENCE, settings.replicates, 0.0)
 }
 
 /// Asserts that two methods agree on a layer, and prints by how much.

@@ -327,7 +327,9 @@ fn light_and_photon_maps_together_are_all_caustics_each_counted_once() {
         };
         let camera = sensor(scene, "camera");
         let traced = photons::run(scene, camera, settings, &budget, &Progress::default());
-        traced.unwrap().with_bounds(CONFIDENCE, settings.replicates)
+        traced
+            .unwrap()
+            .with_bounds(CONFIDENCE, settings.replicates, 0.0)
     };
     let map = |seen: Seen| mapped(scene, settings(seen), 2).0;
     let sum = light().and(map(Seen::BySpecular)).unwrap();

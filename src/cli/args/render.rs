@@ -23,8 +23,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
-    /// Another filter of the film than the scene's: box makes pixels plain averages, as methods other than
-    /// path need them
+    /// Another filter of the film than the scene's: box makes pixels plain averages, as beams and the
+    /// real-time techniques need them
     #[arg(long, value_name = "NAME", value_parser = ["box"])]
     pub filter: Option<String>,
 

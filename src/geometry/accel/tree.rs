@@ -209,7 +209,9 @@ impl TreeNode {
     fn child_bounds(&self, child: usize, frame: TreeFrame) -> Bounds {
         let plane = |side: usize, axis: usize| f64::from(self.planes[2 * axis + side][child]);
         let corner = |side| DVec3::new(plane(side, 0), plane(side, 1), plane(side, 2));
-        let to_world = |local: DVec3| local / frame.scale + frame.center;
+        // The scale is a power of two: its reciprocal and the product are exact.
+        let size = frame.scale.recip();
+        let to_world = |local: DVec3| local * size + frame.center;
         Bounds {
             min: to_world(corner(0)).map(f64::next_down),
             max: to_world(corner(1)).map(f64::next_up),

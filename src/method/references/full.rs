@@ -5,7 +5,6 @@ use crate::method::memory;
 use crate::method::reference::{About, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
-use crate::reference::full::run::refuse_camera;
 use crate::reference::full::{self, FullReport, FullSettings, PartDetail, PartReport, Plan};
 use crate::reference::photons::PhotonSettings;
 use crate::run::format::relative;
@@ -68,7 +67,7 @@ impl Reference for Full {
             return Err(Refusal::new(reason));
         }
         let settings = settings(values, scene.integrator());
-        Plan::new(scene, sensor, &settings.path).map_err(|error| refuse_camera(&error))?;
+        Plan::new(scene, sensor, &settings.path)?;
         Ok(())
     }
 

@@ -24,6 +24,7 @@ use crate::reference::Target;
 use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
+use crate::transport::camera::Camera;
 use crate::transport::clearance::Clearance;
 use crate::transport::direct::{AREA_SAMPLES, Direct, direct};
 use crate::transport::facets::table::Facets;
@@ -94,7 +95,7 @@ impl<'a> Setup<'a> {
             let allowed = format!("0 to {MAX_EVENTS} specular events");
             return Err(SettingError::value("max-depth", &depth, allowed).into());
         }
-        let target = Target::new(scene, sensor, settings.shading_normals)?;
+        let target = Target::new(scene, sensor, settings.shading_normals, Camera::new)?;
         let lights: Vec<BeamLight> = Source::all(scene)
             .into_iter()
             .map(|source| BeamLight {

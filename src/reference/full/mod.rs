@@ -7,6 +7,11 @@
 //! | `caustic-sds` | L S+ D S+ E | [photon maps](super::photon_map) |
 //! | `caustic-indirect` | L S+ D … D S\* E | paths, where lights have some size |
 //!
+//! Beams fill plain pixels of diffuse surfaces with one colour. On films with other filters and on textures
+//! photons take their place, through a lens photon maps. Photons are spread by the film's filter, and maps
+//! choose their places by it ([`PixelFilter`](crate::film::PixelFilter)), so that all parts measure what
+//! paths do: the average of a pixel's surroundings by the filter.
+//!
 //! Classes are those of [`path_class`](crate::transport::path_class), a partition of all paths: each is
 //! measured once, as one layer, and the image is their sum ([`Estimate::and`](crate::run::Estimate::and)).
 //! [`plan`] says which method measures which class of a scene, and why; [`mod@run`] spends a budget on them.

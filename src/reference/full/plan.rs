@@ -3,6 +3,7 @@
 use crate::reference::beams;
 use crate::reference::path::PathSettings;
 use crate::scene::{Emitter, Material, MaterialId, Object, Scene, Sensor};
+use crate::transport::bsdf::check_colors;
 use crate::transport::camera::{Camera, CameraError};
 use crate::transport::chain_limits::left_out_of_image;
 use crate::transport::domain::LightSpace;
@@ -47,15 +48,14 @@ impl Plan {
     /// The plan for a scene and a camera.
     ///
     /// If nothing mirrors or refracts there are no caustics, and paths measure all. They also do so if light
-    /// cannot be followed from its emitters, or the surfaces that it falls on cannot be connected to the
-    /// camera.
+    /// cannot be followed from its emitters.
     ///
     /// # Errors
     ///
-    /// If the sensor is no camera, or if there may be caustics whose light cannot be connected to the camera,
-    /// because that has a lens of some size or a film with another filter than the box.
+    /// If the sensor is no camera, if its numbers overflow, or if a colour is not known.
     pub fn new(scene: &Scene, sensor: &Sensor, path: &PathSettings) -> Result<Self, CameraError> {
         Camera::of_sensor(sensor)?;
+        check_colors(scene)?;
         let mut plan = Self {
             finders: [Finder::Path; PathClass::ALL.len()],
             notices: Vec::new(),
@@ -70,7 +70,7 @@ impl Plan {
         if is_too_short || !scene.objects().iter().any(mirrors) {
             return Ok(plan);
         }
-        let reason = Self::why_paths(scene, sensor, path)?;
+        let reason = Self::why_paths(scene, path);
         let unfollowed = unfollowed(scene);
         let has_delta = |emitter: &Emitter| emitter.is_delta() && !emitter.strength().is_black();
         let has_delta = scene.emitters().iter().any(has_delta);
@@ -89,16 +89,16 @@ impl Plan {
             plan.notices
                 .push(format!("{unfollowed}: caustics by way of it are left out"));
         }
-        let is_connectable = left_out_of_image(scene).is_empty();
         plan.finders[PathClass::SeenCaustic.index()] = Finder::PhotonMap;
-        plan.finders[PathClass::Caustic.index()] = if !is_connectable {
-            // Maps are looked up on any surface that scatters.
-            Finder::PhotonMap
-        } else if beams::supports(scene).is_ok() {
-            Finder::Beams
-        } else {
-            Finder::Photons
-        };
+        let (finder, reason) = Self::of_caustic(scene, sensor);
+        plan.finders[PathClass::Caustic.index()] = finder;
+        if let Some(reason) = reason {
+            plan.notices.push(format!(
+                "{}: by {} instead of beams, as {reason}",
+                PathClass::Caustic,
+                finder.name()
+            ));
+        }
         if has_delta && path.max_depth.is_none_or(|legs| legs > 3) {
             plan.notices.push(format!(
                 "{} (a caustic's light that matt surfaces scatter on) of lights that are a point or a direction \
@@ -116,25 +116,37 @@ impl Plan {
         Ok(plan)
     }
 
+    /// The method for caustics that are seen directly; if the camera keeps a better one away, the reason.
+    fn of_caustic(scene: &Scene, sensor: &Sensor) -> (Finder, Option<String>) {
+        let is_connectable = left_out_of_image(scene).is_empty();
+        if !is_connectable {
+            // Maps are looked up on any surface that scatters.
+            return (Finder::PhotonMap, None);
+        }
+        if let Err(error) = Camera::connectable(scene, sensor) {
+            // Maps are looked up through any lens.
+            return (Finder::PhotonMap, Some(error.to_string()));
+        }
+        if beams::supports(scene).is_err() {
+            return (Finder::Photons, None);
+        }
+        match Camera::new(scene, sensor) {
+            Ok(_) => (Finder::Beams, None),
+            Err(error) => (Finder::Photons, Some(error.to_string())),
+        }
+    }
+
     /// The reason to leave caustics to paths from the camera; `None` if there is none.
-    fn why_paths(
-        scene: &Scene,
-        sensor: &Sensor,
-        path: &PathSettings,
-    ) -> Result<Option<String>, CameraError> {
+    fn why_paths(scene: &Scene, path: &PathSettings) -> Option<String> {
         if let Err(error) = LightSpace::new(scene) {
-            return Ok(Some(error.to_string()));
+            return Some(error.to_string());
         }
         if path.hide_emitters && scene.emitters().iter().any(|it| it.shape().is_some()) {
             let reason = "hide_emitters lets the camera see through shapes that shine, which light \
                           that is connected to it does not pass";
-            return Ok(Some(reason.to_owned()));
+            return Some(reason.to_owned());
         }
-        match Camera::new(scene, sensor) {
-            Ok(_) => Ok(None),
-            Err(error @ CameraError::Reflectance { .. }) => Ok(Some(error.to_string())),
-            Err(error) => Err(error),
-        }
+        None
     }
 
     /// The method that measures a class.

@@ -9,9 +9,8 @@ use crate::reference::path::{self, PathReport, PathSettings};
 use crate::reference::photon_map::finish::CONFIDENCE;
 use crate::reference::photon_map::{self, PhotonMapReport, PhotonMapSettings};
 use crate::reference::photons;
-use crate::run::{Budget, Error, Estimate, Layer, LayerName, Progress, Refusal};
+use crate::run::{Budget, Error, Estimate, Layer, LayerName, Progress};
 use crate::scene::{Scene, Sensor};
-use crate::transport::camera::CameraError;
 use crate::transport::path_class::{PathClass, PathClasses};
 
 /// The report of a run beside its image.
@@ -93,7 +92,7 @@ pub fn run(
 ) -> Result<(Estimate, FullReport), Error> {
     let start = Instant::now();
     let settings = settings.agreeing();
-    let plan = Plan::new(scene, sensor, &settings.path).map_err(|error| refuse_camera(&error))?;
+    let plan = Plan::new(scene, sensor, &settings.path)?;
     let run = Run {
         scene,
         sensor,
@@ -149,13 +148,6 @@ pub fn run(
     Ok((estimate, report))
 }
 
-/// The refusal of a camera that light cannot be connected to.
-pub(crate) fn refuse_camera(error: &CameraError) -> Refusal {
-    Refusal::new(format!(
-        "{error}; --method path needs none of this, and finds caustics by chance"
-    ))
-}
-
 impl FullReport {
     /// Notes a part, and passes its estimate on.
     fn take(&mut self, method: Finder, classes: PathClasses, part: Part) -> Estimate {
@@ -182,8 +174,13 @@ impl Run<'_> {
         let (estimate, report) =
             path::run(self.scene, self.sensor, settings, &budget, self.progress)?;
         let replicates = u64::from(settings.replicates).min(report.samples) as u32;
-        let estimate = estimate.with_bounds(CONFIDENCE, replicates);
+        let estimate = estimate.with_bounds(CONFIDENCE, replicates, self.least());
         Ok((estimate, PartDetail::Path(report)))
+    }
+
+    /// The least light that a pixel can have.
+    fn least(&self) -> f64 {
+        self.sensor.film.filter.least_light()
     }
 
     /// True if a part knows nothing, and there is another way. Photons are the last.
@@ -237,7 +234,7 @@ impl Run<'_> {
         let settings = self.settings.photons;
         let estimate = photons::run(self.scene, self.sensor, settings, &budget, self.progress)?;
         let replicates = u64::from(settings.replicates).min(estimate.paths) as u32;
-        let estimate = as_class(estimate, class).with_bounds(CONFIDENCE, replicates);
+        let estimate = as_class(estimate, class).with_bounds(CONFIDENCE, replicates, self.least());
         Ok((estimate, PartDetail::Photons {}))
     }
 

@@ -113,10 +113,12 @@ impl<'a> Rounds<'a> {
         let weight = (self.passes as f64).max(1.0);
         let replicates = setup.settings.photons.replicates;
         let widths = critical_value(CONFIDENCE, f64::from(replicates) - 1.0);
+        let camera = setup.camera();
+        let least = camera.map_or(0.0, |camera| camera.filter().least_light());
         let layer = |name, pair: &Pair| {
             let mut value = pair.value.layer(name, weight, &setup.target);
             let difference = pair.difference.layer(name, weight, &setup.target);
-            value.interval = Some(bounds(&value, &difference, widths));
+            value.interval = Some(bounds(&value, &difference, widths, least));
             (value, difference)
         };
         let (mut total, bias) = layer(LayerName::Total, &self.total);
@@ -155,10 +157,10 @@ impl<'a> Rounds<'a> {
     }
 }
 
-/// value ± √((t σ)² + (C t s)²) + C |D|, nothing below zero, with s the standard error of D: σ and s are made
-/// of the same photons, and are added as if they were not, since the annulus between the radii has photons of
-/// its own.
-fn bounds(value: &Layer, difference: &Layer, widths: f64) -> Interval {
+/// value ± √((t σ)² + (C t s)²) + C |D|, nothing below `least`, with s the standard error of D: σ and s are
+/// made of the same photons, and are added as if they were not, since the annulus between the radii has
+/// photons of its own.
+fn bounds(value: &Layer, difference: &Layer, widths: f64, least: f64) -> Interval {
     let mut interval = Interval::default();
     for texel in 0..value.values.len() {
         let half_width = Rgb(std::array::from_fn(|c| {
@@ -171,7 +173,7 @@ fn bounds(value: &Layer, difference: &Layer, widths: f64) -> Interval {
         // `max` would turn an unknown bound (NaN) into 0.
         interval
             .low
-            .push(low.map(|low| if low < 0.0 { 0.0 } else { low }));
+            .push(low.map(|low| if low < least { least } else { low }));
         interval.high.push(value.values[texel] + half_width);
     }
     interval

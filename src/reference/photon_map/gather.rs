@@ -7,8 +7,10 @@
 //! L = w Σ f(ωi, ωo) Φ / (π r²)        over the photons with |x − y| ≤ r
 //! ```
 //!
-//! with w the chain's weight. The same sum is made with √2 r beside it: their difference tells the bias.
+//! with w the weight of the chain and of its film point. The same sum is made with √2 r beside it: their
+//! difference tells the bias.
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::map::PhotonMap;
@@ -78,31 +80,49 @@ impl Pass<'_> {
     ) {
         let pixel = row * self.camera.width() + column;
         let stream = self.stream.split(pixel as u64);
-        let [x, y] = stream.point2(self.number);
-        let at = glam::DVec2::new(column as f64 + x, row as f64 + y);
+        let ([x, y], lens) = if self.camera.has_aperture() {
+            let [x, y, u, v] = stream.point4(self.number);
+            ([x, y], DVec2::new(u, v))
+        } else {
+            (stream.point2(self.number), DVec2::splat(0.5))
+        };
+        let (at, weight) = match self.setup.target.filter() {
+            Some(filter) => filter.choose([column, row], [x, y]),
+            None => (DVec2::new(column as f64 + x, row as f64 + y), 1.0),
+        };
+        if weight == 0.0 {
+            return;
+        }
         let settings = &self.setup.settings;
         let mut refused = 0;
         follow(
             self.setup.scene,
             self.camera,
-            at,
+            [at, lens],
             settings.photons.chains.max_depth,
             stream.extras(self.number),
             &mut done.counters,
             |seen, _| {
                 if settings.seen.includes(seen.by_specular) {
-                    refused += self.look_up(seen, pixel, films, scale);
+                    refused += self.look_up(seen, pixel, weight, films, scale);
                 }
             },
         );
         done.refused += refused;
     }
 
-    /// Adds the light of the photons around one point, and returns how many contributions the film cannot
+    /// Adds the light of the photons around one point, times `weight`, and returns how many contributions the film cannot
     /// hold.
-    fn look_up(&self, seen: &VisiblePoint, pixel: usize, films: &Films, scale: FixedPoint) -> u64 {
+    fn look_up(
+        &self,
+        seen: &VisiblePoint,
+        pixel: usize,
+        weight: f64,
+        films: &Films,
+        scale: FixedPoint,
+    ) -> u64 {
         let radius_squared = self.radius_squared * seen.pixel_size * seen.pixel_size;
-        let by_area = self.factor / (std::f64::consts::PI * radius_squared);
+        let by_area = self.factor * weight / (std::f64::consts::PI * radius_squared);
         if !by_area.is_finite() {
             // The camera touches the surface.
             return 1;

@@ -13,6 +13,7 @@ use crate::reference::photons::run::{check, check_flux};
 use crate::run::{Error, Progress, Refusal};
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
+use crate::transport::bsdf::check_colors;
 use crate::transport::camera::Camera;
 use crate::transport::domain::LightSpace;
 
@@ -79,8 +80,10 @@ impl<'a> Setup<'a> {
             let allowed = format!("1 to {MAX_MAP_PHOTONS}");
             return Err(SettingError::value("map-photons", &photons, allowed).into());
         }
-        let target = Target::new(scene, sensor, settings.photons.chains.shading_normals)?;
         check_camera(sensor)?;
+        let normals = settings.photons.chains.shading_normals;
+        let target = Target::new(scene, sensor, normals, |_, it| Camera::of_sensor(it))?;
+        check_colors(scene)?;
         let light = LightSpace::new(scene)?;
         check_flux(&light)?;
         let mut setup = Self {

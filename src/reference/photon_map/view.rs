@@ -51,7 +51,8 @@ impl VisiblePoint<'_> {
     }
 }
 
-/// Follows one ray from the film point `at`, and reports each scattering surface it meets.
+/// Follows one ray from the film point `at` and the point `lens` of the camera's lens, and reports each
+/// scattering surface it meets.
 ///
 /// At mirrors and glass one branch is chosen at random, with the probability of its share. So the mean over
 /// `choices` is that over the whole Fresnel tree of any depth. The chain ends at a surface that scatters and
@@ -59,14 +60,14 @@ impl VisiblePoint<'_> {
 pub fn follow<'a>(
     scene: &'a Scene,
     camera: &Camera,
-    at: DVec2,
+    [at, lens]: [DVec2; 2],
     max_depth: u32,
     choices: Extras,
     counters: &mut TraversalCounters,
     mut visit: impl FnMut(&VisiblePoint<'a>, &mut TraversalCounters),
 ) {
-    let view = camera.pixel_ray(at);
-    let beside = [DVec2::X, DVec2::Y].map(|step| camera.pixel_ray(at + step).ray);
+    let view = camera.ray_through(at, lens);
+    let beside = [DVec2::X, DVec2::Y].map(|step| camera.ray_through(at + step, lens).ray);
     let (mut ray, mut reach) = (view.ray, view.reach);
     let (mut weight, mut distance) = (Rgb::WHITE, 0.0);
     let (mut events, mut passes) = (0, 0);

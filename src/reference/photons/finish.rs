@@ -223,8 +223,17 @@ impl Rounds {
         for layer in &self.largest {
             all.with(layer);
         }
-        let is_camera = matches!(target, Target::Camera { .. });
+        let camera = match target {
+            Target::Camera { camera, .. } => Some(camera),
+            Target::Receiver(_) => None,
+        };
+        let is_camera = camera.is_some();
+        // Bounds of few contributions take these for positive.
+        let is_signed = camera.is_some_and(|camera| camera.filter().has_negative_lobes());
         let sampling = |weighted: &Weighted, largest: &Largest| {
+            if is_signed {
+                return None;
+            }
             let largest = if self.paths == 0 && !incomplete {
                 // There can be none.
                 Rgb::BLACK

@@ -13,6 +13,7 @@ use crate::reference::rounds::{self, Schedule};
 use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
+use crate::transport::camera::Camera;
 use crate::transport::direct::{Direct, direct};
 use crate::transport::domain::LightSpace;
 use crate::transport::signature::MAX_EVENTS;
@@ -47,7 +48,8 @@ impl<'a> Setup<'a> {
         progress: &'a Progress,
     ) -> Result<Self, Error> {
         check(&settings)?;
-        let target = Target::new(scene, sensor, settings.chains.shading_normals)?;
+        let normals = settings.chains.shading_normals;
+        let target = Target::new(scene, sensor, normals, Camera::connectable)?;
         let light = LightSpace::new(scene)?;
         check_flux(&light)?;
         let mut setup = Self {

@@ -3,7 +3,8 @@
 use super::layers::LayerMap;
 use super::replicate::{Job, Recipient};
 use super::weights::Weights;
-use crate::film::{Accumulator, AccumulatorError};
+use crate::film::splat::Footprint;
+use crate::film::{Accumulator, AccumulatorError, PixelFilter};
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
@@ -88,6 +89,8 @@ impl RoundSums {
         let tasks = job.trace(self.photons, || Tally::<N> {
             scene: job.scene,
             screen: target.screen(),
+            filter: target.filter(),
+            footprint: Footprint::default(),
             layers: &self.layers,
             total: &self.total,
             map,
@@ -158,6 +161,10 @@ const KEPT_DEPOSITS: usize = 1024;
 struct Tally<'a, const N: usize> {
     scene: &'a Scene,
     screen: Screen<'a>,
+    /// Spreads light over a camera's pixels, if they are no plain averages.
+    filter: Option<&'a PixelFilter>,
+    /// The pixels of the last light that was spread.
+    footprint: Footprint,
     layers: &'a [Accumulator],
     total: &'a Accumulator,
     map: &'a LayerMap,
@@ -201,15 +208,49 @@ impl<const N: usize> Tally<'_, N> {
     fn keep(&mut self, signature: Signature, texel: usize, counted: Flux<N>) {
         let quanta = self.quantise(signature, counted);
         let layer = self.map.layer(signature);
+        self.weights.count(layer, quanta);
+        self.put(layer, texel, quanta);
+    }
+
+    #[inline]
+    fn put(&mut self, layer: usize, texel: usize, quanta: [i64; N]) {
         if self.kept.len() == KEPT_DEPOSITS {
             self.write();
         }
-        self.weights.count(layer, quanta);
         self.kept.push(Deposit {
             layer: layer as u32,
             texel: texel as u32,
             quanta,
         });
+    }
+
+    /// Keeps light on a surface that a camera sees.
+    fn see(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) {
+        let Some(filter) = self.filter else {
+            if let Some((pixel, factor)) = self.screen.texel(self.scene, arrival, counters) {
+                self.keep(arrival.signature, pixel, arrival.flux * Flux::of(factor));
+            }
+            return;
+        };
+        let is_sampled = |at| filter.is_sampled(at);
+        let Some((at, factor)) = self.screen.seen(self.scene, arrival, is_sampled, counters) else {
+            return;
+        };
+        let mut footprint = std::mem::take(&mut self.footprint);
+        filter.spread(at, &mut footprint);
+        let (width, layer) = (self.screen.size()[0], self.map.layer(arrival.signature));
+        let counted = arrival.flux * Flux::of(factor);
+        // Light counts once, by the pixel that gains most: its pixels are not independent.
+        let mut largest = [0; N];
+        for (column, row, weight) in footprint.pixels() {
+            let quanta = self.quantise(arrival.signature, counted * weight);
+            for (largest, quanta) in largest.iter_mut().zip(quanta) {
+                *largest = quanta.max(*largest);
+            }
+            self.put(layer, row * width + column, quanta);
+        }
+        self.weights.count(layer, largest);
+        self.footprint = footprint;
     }
 
     /// Adds the deposits kept back to the films.
@@ -248,10 +289,8 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
             Screen::Camera { .. } => {
                 // A surface takes the light, and a camera sees only the light that is reflected. Direct light
                 // does not count here: photons are for light that meets specular geometry.
-                if !arrival.signature.is_empty()
-                    && let Some((pixel, factor)) = self.screen.texel(self.scene, arrival, counters)
-                {
-                    self.keep(arrival.signature, pixel, arrival.flux * Flux::of(factor));
+                if !arrival.signature.is_empty() {
+                    self.see(arrival, counters);
                 }
                 Fate::Absorbed
             }

@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::diffuse::reflectance;
+use super::diffuse::{may_reflect, reflectance};
 use super::projection::{Camera, LENS_MIDDLE};
-use crate::geometry::{SurfacePoint, TraversalCounters};
+use crate::geometry::{Hit, SurfacePoint, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use crate::transport::scatter::ShadingNormals;
@@ -22,7 +22,7 @@ pub struct Connection {
 }
 
 impl Camera {
-    /// The gain of a pixel from flux that arrives at `point` of shape `shape`, travelling along the unit
+    /// The gain of a pixel from flux that arrives at `point`, the place of `hit`, travelling along the unit
     /// vector `direction`.
     ///
     /// `None` if the camera sees nothing of it. The surface may not be diffuse, or have an open mask over it.
@@ -33,12 +33,12 @@ impl Camera {
     pub fn connect(
         &self,
         scene: &Scene,
-        shape: u32,
+        hit: &Hit,
         point: &SurfacePoint,
         direction: DVec3,
         counters: &mut TraversalCounters,
     ) -> Option<Connection> {
-        self.connect_through(scene, shape, point, direction, LENS_MIDDLE, counters)
+        self.connect_through(scene, hit, point, direction, LENS_MIDDLE, counters)
     }
 
     /// The same as [`connect`](Self::connect), through a point of the lens: see
@@ -46,7 +46,7 @@ impl Camera {
     pub fn connect_through(
         &self,
         scene: &Scene,
-        shape: u32,
+        hit: &Hit,
         point: &SurfacePoint,
         direction: DVec3,
         lens: DVec2,
@@ -59,7 +59,7 @@ impl Camera {
         if !is_one_side {
             return None;
         }
-        let reflectance = reflectance(scene, scene.material_of(shape), arriving > 0.0)?;
+        let reflectance = reflectance(scene, hit, point, arriving > 0.0)?;
         let cosine = match self.shading_normals {
             ShadingNormals::Flux => leaving.abs(),
             ShadingNormals::Adjoint => {
@@ -87,31 +87,29 @@ impl Camera {
         })
     }
 
-    /// [`connect`](Self::connect), for light that counts in one pixel alone. The result is that pixel,
-    /// counted row by row from the top, and its radiance [W/m²/sr] per flux arriving at the point \[W\].
-    ///
-    /// `None` also if the point is seen outside of the crop: no shadow ray is spent on it.
-    pub fn connect_pixel(
+    /// [`connect`](Self::connect), for light that counts only where `is_wanted` says so of its film
+    /// coordinates: no shadow ray is spent on other light.
+    pub fn connect_where(
         &self,
         scene: &Scene,
-        shape: u32,
+        hit: &Hit,
         point: &SurfacePoint,
         direction: DVec3,
+        is_wanted: impl FnOnce(DVec2) -> bool,
         counters: &mut TraversalCounters,
-    ) -> Option<(usize, Rgb)> {
+    ) -> Option<Connection> {
         // Most surfaces that light meets on its way are glass: they cost no projection either.
         let front = direction.dot(point.geometric_normal) < 0.0;
-        reflectance(scene, scene.material_of(shape), front)?;
-        let pixel = self.pixel(self.project(point.position)?.at)?;
-        let seen = self.connect(scene, shape, point, direction, counters)?;
-        Some((pixel, seen.radiance_per_flux))
+        if !may_reflect(scene, hit.shape, front) || !is_wanted(self.project(point.position)?.at) {
+            return None;
+        }
+        self.connect(scene, hit, point, direction, counters)
     }
 
     /// True if a shape's surface is diffuse and not black on either side, so that light on it may be seen.
     pub fn may_see_surface(&self, scene: &Scene, shape: u32) -> bool {
-        let material = scene.material_of(shape);
         [true, false]
             .iter()
-            .any(|&front| reflectance(scene, material, front).is_some_and(|seen| !seen.is_black()))
+            .any(|&front| may_reflect(scene, shape, front))
     }
 }

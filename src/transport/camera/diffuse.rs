@@ -1,29 +1,34 @@
 //! Reflectance of diffuse surfaces, bare or in wrappers.
 
+use crate::geometry::{Hit, SurfacePoint};
 use crate::radiometry::Rgb;
-use crate::scene::{Color, Material, Scalar, Scene};
+use crate::scene::{Color, Material, Scalar, Scene, TexturePoint};
 
-/// The share of light that a surface reflects diffusely on a side; `None` if it is not diffuse.
-pub(crate) fn reflectance<'a>(
+/// A diffuse surface as seen from one side: its colour, and the opacities of the masks over it.
+struct DiffuseSide<'a> {
+    color: &'a Color,
+    masks: Vec<Scalar>,
+}
+
+/// The diffuse surface that a material has on a side; `None` if it has none.
+fn diffuse_side<'a>(
     scene: &'a Scene,
     mut material: &'a Material,
     front: bool,
-) -> Option<Rgb> {
-    let mut share = 1.0;
+) -> Option<DiffuseSide<'a>> {
+    let mut masks = Vec::new();
     // True on the front of a one-sided material, and on either side of a two-sided one.
     let mut is_lit = front;
     loop {
         match material {
-            Material::Diffuse {
-                reflectance: Color::Constant(reflectance),
-            } => {
-                return is_lit.then_some(*reflectance * share);
+            Material::Diffuse { reflectance } => {
+                return is_lit.then_some(DiffuseSide {
+                    color: reflectance,
+                    masks,
+                });
             }
-            Material::Mask {
-                opacity: Scalar::Constant(opacity),
-                nested,
-            } => {
-                share *= opacity;
+            Material::Mask { opacity, nested } => {
+                masks.push(*opacity);
                 material = scene.material(*nested);
             }
             Material::TwoSided {
@@ -38,10 +43,55 @@ pub(crate) fn reflectance<'a>(
     }
 }
 
+/// The share of light that a surface reflects diffusely on a side, at a point of it; `None` if it is not
+/// diffuse there. Unknown colours are black.
+///
+/// `point` may be without `uv`, as [`World::bounce_point`](crate::geometry::World::bounce_point) is.
+pub(crate) fn reflectance(
+    scene: &Scene,
+    hit: &Hit,
+    point: &SurfacePoint,
+    front: bool,
+) -> Option<Rgb> {
+    let side = diffuse_side(scene, scene.material_of(hit.shape), front)?;
+    if let Color::Constant(color) = side.color
+        && let Some(share) = even(&side.masks)
+    {
+        return Some(*color * share);
+    }
+    let point = scene.world().with_uv(*point, hit);
+    let at = TexturePoint::new(scene, hit, &point);
+    let masks = side.masks.iter();
+    let share: f64 = masks
+        .map(|mask| scene.scalar(*mask, &at).clamp(0.0, 1.0))
+        .product();
+    Some(scene.color(*side.color, &at) * share)
+}
+
+/// The product of opacities; `None` if one varies.
+fn even(masks: &[Scalar]) -> Option<f64> {
+    masks.iter().try_fold(1.0, |share, mask| match mask {
+        Scalar::Constant(opacity) => Some(share * opacity),
+        Scalar::Texture(_) => None,
+    })
+}
+
+/// True if a surface is diffuse on a side, and not known to be black.
+pub(super) fn may_reflect(scene: &Scene, shape: u32, front: bool) -> bool {
+    diffuse_side(scene, scene.material_of(shape), front).is_some_and(|side| {
+        let is_dark = match side.color {
+            Color::Constant(color) => color.is_black(),
+            Color::Texture(_) => false,
+            Color::Unknown => true,
+        };
+        !is_dark && even(&side.masks) != Some(0.0)
+    })
+}
+
 /// True if a diffuse surface, perhaps in a wrapper, has a reflectance or an opacity that varies or is
 /// unknown.
-pub(super) fn has_unknown_reflectance(scene: &Scene, material: &Material) -> bool {
-    let of = |id| has_unknown_reflectance(scene, scene.material(id));
+pub(super) fn has_varying_reflectance(scene: &Scene, material: &Material) -> bool {
+    let of = |id| has_varying_reflectance(scene, scene.material(id));
     match material {
         Material::Diffuse { reflectance } => !matches!(reflectance, Color::Constant(_)),
         Material::Mask {

@@ -1,5 +1,7 @@
 //! Reasons why a sensor cannot be used as a camera.
 
+use crate::transport::bsdf::UnknownColor;
+
 /// Reason why a sensor cannot be used as a camera.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
@@ -31,10 +33,13 @@ pub enum CameraError {
         /// Mitsuba's name of the filter.
         filter: &'static str,
     },
-    /// A surface's brightness is not known.
+    /// A surface's colour is not known.
+    #[error(transparent)]
+    Color(#[from] UnknownColor),
+    /// A surface's brightness varies.
     #[error(
-        "sensor \"{id}\" may see shape \"{shape}\", whose diffuse reflectance (or opacity) is a texture or \
-         a spectrum from a file: light that is connected to a camera needs an rgb or a float"
+        "sensor \"{id}\" may see shape \"{shape}\", whose diffuse reflectance (or opacity) is a texture: light \
+         that is connected to pixels as a whole needs an rgb or a float"
     )]
     Reflectance {
         /// The sensor.

@@ -2,12 +2,14 @@
 
 use glam::{DVec2, DVec3};
 
-use super::diffuse::has_unknown_reflectance;
+use super::diffuse::has_varying_reflectance;
 use super::error::CameraError;
 use super::lens::CameraLens;
+use crate::film::PixelFilter;
 use crate::geometry::{Ray, Transform};
 use crate::numeric::math;
 use crate::scene::{Film, ReconstructionFilter, Scene, Sensor, SensorKind};
+use crate::transport::bsdf::check_colors;
 use crate::transport::scatter::ShadingNormals;
 
 /// A camera: a film on which points of the scene are seen.
@@ -69,28 +71,18 @@ pub struct NearPlane {
 }
 
 impl Camera {
-    /// The camera that a sensor describes, for light on Lambertian surfaces of known reflectance that is
+    /// The camera that a sensor describes, for light on Lambertian surfaces of even reflectance that is
     /// connected to it, pixel by pixel.
     ///
     /// Its shading normals are [`ShadingNormals::Flux`].
     ///
     /// # Errors
     ///
-    /// For an irradiance meter or a thin lens, and for a filter other than the box. Also if a diffuse surface
+    /// As [`connectable`](Self::connectable), and for a filter other than the box. Also if a diffuse surface
     /// of the scene has a reflectance that is not a constant colour.
     pub fn new(scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
         let id = || sensor.id.clone();
-        let is_refused = matches!(
-            sensor.kind,
-            SensorKind::ThinLens { .. } | SensorKind::IrradianceMeter { .. }
-        );
-        if is_refused {
-            return Err(CameraError::Kind {
-                id: id(),
-                plugin: sensor.plugin(),
-            });
-        }
-        let camera = Self::of_sensor(sensor)?;
+        let camera = Self::connectable(scene, sensor)?;
         let filter = camera.film.filter;
         if filter != ReconstructionFilter::Box {
             return Err(CameraError::Filter {
@@ -98,16 +90,38 @@ impl Camera {
                 filter: filter.plugin(),
             });
         }
-        let is_unknown = |object: &&crate::scene::Object| {
-            has_unknown_reflectance(scene, scene.material(object.material))
+        let varies = |object: &&crate::scene::Object| {
+            has_varying_reflectance(scene, scene.material(object.material))
         };
-        match scene.objects().iter().find(is_unknown) {
+        match scene.objects().iter().find(varies) {
             None => Ok(camera),
             Some(object) => Err(CameraError::Reflectance {
                 id: id(),
                 shape: object.id.clone(),
             }),
         }
+    }
+
+    /// The camera that a sensor describes, for light on Lambertian surfaces of any colour that is connected
+    /// to it, with any filter.
+    ///
+    /// # Errors
+    ///
+    /// For an irradiance meter or a thin lens, for colours that are not known, and as
+    /// [`of_sensor`](Self::of_sensor).
+    pub fn connectable(scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
+        let is_refused = matches!(
+            sensor.kind,
+            SensorKind::ThinLens { .. } | SensorKind::IrradianceMeter { .. }
+        );
+        if is_refused {
+            return Err(CameraError::Kind {
+                id: sensor.id.clone(),
+                plugin: sensor.plugin(),
+            });
+        }
+        check_colors(scene)?;
+        Self::of_sensor(sensor)
     }
 
     /// The camera that a sensor describes, of any kind, with any filter and before any scene.
@@ -321,6 +335,12 @@ impl Camera {
     /// The filter by which samples spread over pixels.
     pub fn filter(&self) -> ReconstructionFilter {
         self.film.filter
+    }
+
+    /// The filter as an average over each pixel's surroundings.
+    pub fn pixel_filter(&self) -> PixelFilter {
+        let size = [self.width(), self.height()];
+        PixelFilter::new(self.film.filter, size, self.sampled_border())
     }
 
     /// Number of pixels beyond the film's crop, each way, that paths from the camera sample.

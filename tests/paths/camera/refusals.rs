@@ -42,8 +42,8 @@ fn sensors_and_scenes_that_give_no_image_are_refused_by_name() {
         <texture type=\"checkerboard\" name=\"reflectance\"/></bsdf></bsdf></shape>";
     assert_eq!(
         refused(&format!("{named}{textured}")).to_string(),
-        "sensor \"eye\" may see shape \"globe\", whose diffuse reflectance (or opacity) is a texture or a \
-         spectrum from a file: light that is connected to a camera needs an rgb or a float"
+        "sensor \"eye\" may see shape \"globe\", whose diffuse reflectance (or opacity) is a texture: light \
+         that is connected to pixels as a whole needs an rgb or a float"
     );
     let far = "<shape type=\"rectangle\"><sensor type=\"irradiancemeter\" id=\"meter\"/></shape>";
     assert!(matches!(

@@ -1,7 +1,7 @@
 //! Cameras over a floor, and the radiance that they connect.
 
-use glam::DVec3;
-use nephroid::internals::geometry::{Ray, SurfacePoint, TraversalCounters};
+use glam::{DVec2, DVec3};
+use nephroid::internals::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
 use nephroid::internals::scene::Scene;
 use nephroid::internals::transport::camera::{Camera, Connection};
 
@@ -65,9 +65,16 @@ pub fn connect(
     from: DVec3,
 ) -> Option<Connection> {
     let direction = (point.position - from).normalize();
+    // The first shape, of one colour: no other part of a hit is asked for.
+    let hit = Hit {
+        distance: 1.0,
+        shape: 0,
+        face: 0,
+        barycentric: DVec2::ZERO,
+    };
     camera.connect(
         scene,
-        0,
+        &hit,
         point,
         direction,
         &mut TraversalCounters::default(),
