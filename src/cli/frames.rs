@@ -12,11 +12,11 @@ use super::choice::choose;
 use super::outcome::Outcome;
 use super::output;
 use super::progress;
+use super::render::load_with;
 use super::run::Run;
 use super::sensor::choose_sensor;
 use super::summary::Summary;
 use crate::film::atomic;
-use crate::mitsuba;
 use crate::run::format::number;
 use crate::run::{Budget, Context, Counter};
 use crate::scene::Scene;
@@ -147,7 +147,7 @@ fn scene_of(args: &RenderArgs, define: &Given) -> anyhow::Result<Scene> {
             .iter()
             .map(|(key, value)| (key.clone(), value.clone())),
     );
-    Ok(mitsuba::load(&args.scene.scene, &all)?)
+    Ok(load_with(&args.scene, &all)?)
 }
 
 /// The file of a frame: `ball-007.exr` for `ball.exr`, with as many digits as the last one needs.

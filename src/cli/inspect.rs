@@ -10,6 +10,7 @@ use super::render::load;
 use super::sensor::{choose_camera, choose_sensor};
 use crate::geometry::{MeshDiagnostics, Shape};
 use crate::method::Method;
+use crate::mitsuba::LoadError;
 use crate::run::Cost;
 use crate::scene::{Ignored, Requirement, Scene, Sensor, SensorKind, Warning, requirements};
 use crate::setting::Given;
@@ -151,7 +152,7 @@ struct SensorLine<'a> {
 ///
 /// If the scene cannot be read, or the method that is asked for cannot work on it.
 pub fn inspect(args: &InspectArgs) -> anyhow::Result<Outcome> {
-    let scene = load(&args.scene)?;
+    let scene = load(&args.scene).map_err(|error| anyhow::anyhow!(obstacles(&error)))?;
     let mut inspection = Inspection::of(&scene);
     inspection.advice = Advice::of(args, &scene)?;
     if args.json {
@@ -160,6 +161,36 @@ pub fn inspect(args: &InspectArgs) -> anyhow::Result<Outcome> {
         inspection.print();
     }
     Ok(Outcome::Complete)
+}
+
+/// All problems of a scene, those with one message together.
+fn obstacles(error: &LoadError) -> String {
+    if error.others.is_empty() {
+        return error.to_string();
+    }
+    let mut places: Vec<(&str, Vec<String>)> = Vec::new();
+    for one in error.all() {
+        let at = one.at.to_string();
+        match places
+            .iter_mut()
+            .find(|(message, _)| *message == one.message)
+        {
+            Some((_, all)) => all.push(at),
+            None => places.push((&one.message, vec![at])),
+        }
+    }
+    let lines = places.iter().map(|(message, all)| match all.as_slice() {
+        [one] => format!("\n  {one}: {message}"),
+        [first, others @ ..] => {
+            format!("\n  {first} and {} more: {message}", others.len())
+        }
+        [] => String::new(),
+    });
+    format!(
+        "{} problems keep this file from being a scene:{}",
+        error.all().count(),
+        lines.collect::<String>()
+    )
 }
 
 /// The cost of each method that can fill a sensor, with its default settings.

@@ -17,7 +17,7 @@ use super::run::Run;
 use super::summary::Summary;
 use crate::film::atomic;
 use crate::method::Method;
-use crate::mitsuba;
+use crate::mitsuba::{self, LoadError};
 use crate::reference::photons::Shard;
 use crate::reference::photons::shard::Part;
 use crate::run::{Budget, Context};
@@ -100,8 +100,21 @@ fn trace_shard(
 /// # Errors
 ///
 /// As [`mitsuba::load`].
-pub(super) fn load(args: &SceneArgs) -> anyhow::Result<Scene> {
-    Ok(mitsuba::load(&args.scene, &args.define)?)
+pub(super) fn load(args: &SceneArgs) -> Result<Scene, LoadError> {
+    load_with(args, &args.define)
+}
+
+/// Reads a scene with other parameters than those of `-D`.
+///
+/// # Errors
+///
+/// As [`mitsuba::load`].
+pub(super) fn load_with(args: &SceneArgs, define: &[(String, String)]) -> Result<Scene, LoadError> {
+    if args.lenient {
+        mitsuba::load_leniently(&args.scene, define)
+    } else {
+        mitsuba::load(&args.scene, define)
+    }
 }
 
 /// Writes a result's files and prints its summary.

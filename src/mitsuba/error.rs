@@ -15,13 +15,31 @@ use crate::scene::{SceneError, SourcePosition};
 /// let error = nephroid::load("scenes/glass-ball.xml".as_ref(), &[("size", "x")]).unwrap_err();
 /// assert!(error.message.contains("not a whole number"));
 /// ```
+/// # Example: all problems of a file
+///
+/// ```no_run
+/// let error = nephroid::load("scene.xml".as_ref(), &[]).unwrap_err();
+/// for one in error.all() {
+///     println!("{}: {}", one.at, one.message);
+/// }
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{at}: {message}")]
+#[error("{at}: {message}{}", counted(.others))]
 pub struct LoadError {
     /// The element or file that is to blame.
     pub at: SourcePosition,
     /// The problem, and what is allowed.
     pub message: String,
+    /// Further problems of the same scene, in the order found; they have none of their own.
+    pub others: Vec<LoadError>,
+}
+
+/// A remark on further problems.
+fn counted(others: &[LoadError]) -> String {
+    match others.len() {
+        0 => String::new(),
+        more => format!(" (and {more} more: nephroid inspect lists them)"),
+    }
 }
 
 impl LoadError {
@@ -30,7 +48,30 @@ impl LoadError {
         Self {
             at,
             message: message.into(),
+            others: Vec::new(),
         }
+    }
+
+    /// One error of several, each problem once; `None` of none.
+    pub(super) fn of_all(errors: impl IntoIterator<Item = Self>) -> Option<Self> {
+        let mut list: Vec<Self> = Vec::new();
+        for mut error in errors {
+            let others = std::mem::take(&mut error.others);
+            for one in std::iter::once(error).chain(others) {
+                if !list.contains(&one) {
+                    list.push(one);
+                }
+            }
+        }
+        let mut list = list.into_iter();
+        let mut first = list.next()?;
+        first.others = list.collect();
+        Some(first)
+    }
+
+    /// All problems of the scene: itself, and the others.
+    pub fn all(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.others)
     }
 
     /// An error about a file as a whole.

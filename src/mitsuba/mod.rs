@@ -50,8 +50,33 @@ pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene, LoadE
 ///
 /// If a file is missing or malformed, or asks for a feature that is not modelled.
 pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneParts, LoadError> {
+    parts(path, parameters, Unknown::Refused)
+}
+
+/// As [`load`], but parameters that a plugin does not know become [warnings](Scene::warnings), as files for
+/// other renderers and research forks need. Plugins that are not modelled stay errors.
+///
+/// # Errors
+///
+/// As [`load`].
+pub fn load_leniently(path: &Path, parameters: &[(String, String)]) -> Result<Scene, LoadError> {
+    Ok(Scene::new(parts(path, parameters, Unknown::LeftOut)?)?)
+}
+
+/// What becomes of parameters that a plugin does not know.
+#[derive(Clone, Copy, PartialEq)]
+enum Unknown {
+    Refused,
+    LeftOut,
+}
+
+fn parts(
+    path: &Path,
+    parameters: &[(String, String)],
+    unknown: Unknown,
+) -> Result<SceneParts, LoadError> {
     let mut files = Files::new(parameters);
-    let Meaning { forms, mut parts } = read(path, parameters, &mut files)?;
+    let Meaning { forms, mut parts } = read(path, parameters, unknown, &mut files)?;
     parts.shapes = Meaning::build_shapes(forms, &parts.objects)?;
     path.clone_into(&mut parts.path);
     parts.content_hash = files.content_hash();
@@ -62,8 +87,12 @@ pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneP
 fn read(
     path: &Path,
     parameters: &[(String, String)],
+    unknown: Unknown,
     files: &mut Files,
 ) -> Result<Meaning, LoadError> {
-    let tree = syntax::read(path, parameters, files)?;
+    let mut tree = syntax::read(path, parameters, files)?;
+    if unknown == Unknown::LeftOut {
+        tree.be_lenient();
+    }
     meaning::read(&tree, files)
 }

@@ -113,3 +113,26 @@ fn settings_of_one_method_alone_choose_it() {
         "{said}"
     );
 }
+
+#[test]
+fn inspect_lists_all_problems_those_of_one_kind_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let shape = r#"<shape type="sphere"><bsdf type="velvet"/></shape>"#;
+    let text = format!(
+        "<scene version=\"3.0.0\">\n{shape}\n{shape}\n<shape type=\"disk\"><float name=\"mass\" value=\"1\"/></shape>\n</scene>"
+    );
+    fs::write(folder.path().join("odd.xml"), text).unwrap();
+    let output = Command::cargo_bin("nephroid")
+        .unwrap()
+        .args(["inspect", "odd.xml"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(lines.len(), 3, "{said}");
+    assert!(lines[0].contains("3 problems keep this file from being a scene"));
+    assert!(lines[1].contains("odd.xml:2:") && lines[1].contains("and 1 more: bsdf \"velvet\""));
+    assert!(lines[2].contains("odd.xml:4:") && lines[2].contains("\"mass\""));
+}

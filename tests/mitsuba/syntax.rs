@@ -1,5 +1,6 @@
 //! Syntax of Mitsuba's scene files: places, parameters, includes, old versions, and the hash.
 
+use nephroid::internals::mitsuba::{load, load_leniently};
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::scene::{Material, SceneParts};
 
@@ -20,6 +21,99 @@ fn errors_name_file_line_column_plugin_and_what_is_allowed() {
         "scene.xml:3:1: shape \"sphere\" has no parameter \"radios\"; did you mean \"radius\"? \
          (its parameters: center, flip_normals, radius, silhouette_sampling_weight, to_world)"
     );
+}
+
+/// Four problems: two parameters of one plugin, a plugin, and a mesh file.
+const PROBLEMS: &str = "<shape type=\"sphere\"><float name=\"raduis\" value=\"1\"/><float name=\"mass\" value=\"2\"/></shape>\n\
+    <shape type=\"sphere\"><bsdf type=\"velvet\"/></shape>\n\
+    <shape type=\"ply\"><string name=\"filename\" value=\"none.ply\"/></shape>";
+
+#[test]
+fn all_problems_of_a_file_are_told_at_once_each_with_its_place() {
+    let folder = Folder::new();
+    let file = folder.write(
+        "scene.xml",
+        format!("<scene version=\"3.0.0\">\n{PROBLEMS}\n</scene>"),
+    );
+    let error = load(&file, &[]).unwrap_err();
+    let told: Vec<(u32, &str)> = error
+        .all()
+        .map(|one| (one.at.line, one.message.as_str()))
+        .collect();
+    let begins = [
+        (
+            2,
+            "shape \"sphere\" has no parameter \"raduis\"; did you mean \"radius\"?",
+        ),
+        (2, "shape \"sphere\" has no parameter \"mass\""),
+        (3, "bsdf \"velvet\" is not modelled"),
+        (4, "shape \"ply\", parameter \"filename\""),
+    ];
+    assert_eq!(told.len(), begins.len(), "{told:?}");
+    for ((line, message), (expected, begin)) in told.into_iter().zip(begins) {
+        assert_eq!(line, expected);
+        assert!(message.starts_with(begin), "{message}");
+    }
+    let said = error.to_string();
+    assert!(
+        said.ends_with("(and 3 more: nephroid inspect lists them)"),
+        "{said}"
+    );
+}
+
+#[test]
+fn mesh_files_that_cannot_be_read_are_all_named() {
+    let folder = Folder::new();
+    folder.write("a.ply", "no mesh");
+    folder.write("b.obj", "f 1 2 3");
+    let shapes = "<shape type=\"ply\"><string name=\"filename\" value=\"a.ply\"/></shape>\
+        <shape type=\"obj\"><string name=\"filename\" value=\"b.obj\"/></shape>";
+    let file = folder.write(
+        "scene.xml",
+        format!("<scene version=\"3.0.0\">{shapes}</scene>"),
+    );
+    let error = load(&file, &[]).unwrap_err();
+    assert_eq!(error.all().count(), 2);
+}
+
+#[test]
+fn unknown_parameters_are_left_out_of_a_lenient_reading_and_nothing_else_is() {
+    let folder = Folder::new();
+    let read = |elements: &str| {
+        let file = folder.write(
+            "scene.xml",
+            format!("<scene version=\"3.0.0\">\n{elements}\n</scene>"),
+        );
+        load_leniently(&file, &[])
+    };
+    // A material that two shapes use is read twice, and warned of once.
+    let odd = "<bsdf type=\"diffuse\" id=\"grey\"><float name=\"glow\" value=\"1\"/></bsdf>\n\
+        <shape type=\"sphere\"><float name=\"mass\" value=\"2\"/><ref id=\"grey\"/></shape>\n\
+        <shape type=\"disk\"><ref id=\"grey\"/></shape>";
+    let scene = read(odd).unwrap();
+    let told: Vec<String> = scene
+        .warnings()
+        .iter()
+        .map(|one| format!("{} {}", one.at.as_ref().unwrap().line, one.message))
+        .collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    let left_out = |begin: &str| {
+        told.iter()
+            .any(|one| one.starts_with(begin) && one.ends_with("it is left out"))
+    };
+    assert!(
+        left_out("2 bsdf \"diffuse\" has no parameter \"glow\"")
+            && left_out("3 shape \"sphere\" has no parameter \"mass\""),
+        "{told:?}"
+    );
+    // What is known must be right, plugins must be modelled, and objects be where they can be.
+    for wrong in [
+        "<shape type=\"sphere\"><string name=\"radius\" value=\"1\"/></shape>",
+        "<bsdf type=\"velvet\" id=\"it\"/><shape type=\"sphere\"><ref id=\"it\"/></shape>",
+        "<bsdf type=\"diffuse\" id=\"it\"><shape type=\"sphere\"/></bsdf><shape type=\"sphere\"><ref id=\"it\"/></shape>",
+    ] {
+        assert!(read(wrong).is_err(), "{wrong}");
+    }
 }
 
 #[test]

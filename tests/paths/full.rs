@@ -585,6 +585,30 @@ fn each_method_has_its_own_limit_and_its_part_of_the_time() {
 }
 
 #[test]
+fn a_class_that_nothing_ends_in_time_is_left_to_paths_and_said_to_be() {
+    // Every look-up finds every photon: even the small maps take seconds, and paths a tenth of one.
+    let scene = room(&film(512, 384, BOX), FLOOR, &[BALL, POINT]);
+    let limits = Limits {
+        budget: Budget::time(Duration::from_secs(3)),
+        photons: None,
+    };
+    let mut settings = FullSettings::default();
+    settings.photon_map.radius = 1e6;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+    let (found, report) = pool.unwrap().install(|| full(&scene, settings, &limits));
+    let told = "caustic-sds: nothing ended in its share of the time: it is left to paths, which find it by chance, \
+                and that of lights that are a point or a direction never";
+    assert!(
+        report.notices.iter().any(|one| one == told),
+        "{:?}",
+        report.notices
+    );
+    let paths = report.parts.last().unwrap();
+    assert!(paths.method == Finder::Path && paths.classes.contains(PathClass::SeenCaustic));
+    assert!(!found.total.is_unknown());
+}
+
+#[test]
 fn what_ends_nothing_in_its_time_gives_way_to_what_does() {
     // Beams follow all of a bumpy body's chains before they know anything, and that takes minutes.
     let scene = nephroid::load(

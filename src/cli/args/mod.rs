@@ -63,6 +63,10 @@ pub struct SceneArgs {
     /// Set a parameter of the scene file (its `$NAME`)
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::parse_define)]
     pub define: Vec<(String, String)>,
+
+    /// Leave out parameters that a plugin does not know, each with a warning
+    #[arg(long)]
+    pub lenient: bool,
 }
 
 /// `nephroid inspect`.

@@ -285,31 +285,39 @@ impl<'t> Plugin<'t> {
         }
     }
 
-    /// Fails if the file gives a property that was never asked for, as Mitsuba does.
+    /// Fails if the file gives properties that were never asked for, as Mitsuba does.
+    ///
+    /// If the file is read leniently, parameters become warnings. Objects in places where there can be none
+    /// fail all the same.
     pub fn finish(self) -> Result<(), LoadError> {
-        let strange = self
-            .object
-            .properties
-            .iter()
-            .zip(&self.used)
-            .find(|(_, used)| !used.get());
-        let Some((property, _)) = strange else {
-            return Ok(());
-        };
+        let mut allowed = self.asked.take();
+        allowed.sort_unstable();
+        let strange = self.object.properties.iter().zip(&self.used);
+        let strange = strange.filter(|(_, used)| !used.get());
+        let errors = strange.filter_map(|(property, _)| {
+            let error = LoadError::new(
+                self.tree.source(property.at),
+                self.strange(property, &allowed),
+            );
+            let is_parameter = !property.name.is_empty();
+            (!(is_parameter && self.tree.leaves_out(&error))).then_some(error)
+        });
+        LoadError::of_all(errors).map_or(Ok(()), Err)
+    }
+
+    /// The reason why a property that was never asked for is none of the plugin's.
+    fn strange(&self, property: &Property, allowed: &[String]) -> String {
         if let Value::Object(child) = property.value
             && property.name.is_empty()
         {
-            let message = format!(
+            return format!(
                 "{} cannot hold {}",
                 self.what(),
                 what(self.tree.object(child))
             );
-            return Err(LoadError::new(self.tree.source(property.at), message));
         }
-        let mut allowed = self.asked.take();
-        allowed.sort_unstable();
         let hint = did_you_mean(&property.name, allowed.iter().map(String::as_str));
-        let message = format!(
+        format!(
             "{} has no parameter \"{}\"{hint} (its parameters: {})",
             self.what(),
             shortened(&property.name),
@@ -318,8 +326,7 @@ impl<'t> Plugin<'t> {
             } else {
                 allowed.join(", ")
             }
-        );
-        Err(LoadError::new(self.tree.source(property.at), message))
+        )
     }
 }
 

@@ -33,20 +33,24 @@ impl Meaning {
     ///
     /// # Errors
     ///
-    /// The first shape in the file's order that cannot be made.
+    /// All shapes that cannot be made, in the file's order.
     pub fn build_shapes(
         forms: Vec<ShapeForm>,
         objects: &[Object],
     ) -> Result<Vec<Shape>, LoadError> {
         let shapes: Vec<Result<Shape, String>> =
             forms.into_par_iter().map(ShapeForm::build).collect();
-        let blamed = shapes.into_iter().zip(objects).map(|(shape, object)| {
-            shape.map_err(|message| {
-                let message = format!("shape \"{}\": {message}", object.plugin);
-                LoadError::new(object.declared_at.clone(), message)
-            })
-        });
-        blamed.collect()
+        let (mut made, mut errors) = (Vec::with_capacity(shapes.len()), Vec::new());
+        for (shape, object) in shapes.into_iter().zip(objects) {
+            match shape {
+                Ok(shape) => made.push(shape),
+                Err(message) => {
+                    let message = format!("shape \"{}\": {message}", object.plugin);
+                    errors.push(LoadError::new(object.declared_at.clone(), message));
+                }
+            }
+        }
+        LoadError::of_all(errors).map_or(Ok(made), Err)
     }
 }
 
@@ -70,20 +74,30 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         instanced: 0,
         ids: Ids::new(tree),
     };
+    let mut errors = Vec::new();
     for property in &tree.root().properties {
-        let Value::Object(child) = property.value else {
+        let read = if let Value::Object(child) = property.value {
+            reader.top_level(child)
+        } else {
             let message = format!("scene has no parameter \"{}\"", shortened(&property.name));
-            return Err(LoadError::new(tree.source(property.at), message));
+            Err(LoadError::new(tree.source(property.at), message))
         };
-        reader.top_level(child)?;
+        errors.extend(read.err());
     }
-    reader.note_unused()?;
+    if errors.is_empty() {
+        // Whether something is used is known only if all could be read.
+        errors.extend(reader.note_unused().err());
+    }
+    if let Some(error) = LoadError::of_all(errors) {
+        return Err(error);
+    }
     let mut parts = reader.parts;
     parts.materials = reader.materials.list;
     parts.textures = reader.materials.textures.list;
     parts
         .warnings
         .append(&mut reader.materials.textures.warnings);
+    parts.warnings.extend(tree.left_out());
     parts.ignored = reader.ignored.list;
     Ok(Meaning {
         forms: reader.forms,

@@ -1,4 +1,7 @@
-//! Limits that keep hostile files from taking the XML parser's time.
+//! What is done with a text before the XML parser sees it: limits that keep hostile files from taking its
+//! time, and comments as Mitsuba has them.
+
+use std::borrow::Cow;
 
 /// Largest number of attributes of an element. No element that means anything has more than five.
 pub const MOST_ATTRIBUTES: usize = 64;
@@ -28,6 +31,27 @@ pub fn crowded_tag(text: &str) -> Option<usize> {
     None
 }
 
+/// The text with blanks for hyphens that a comment must not hold: `--`, or one before its end. Mitsuba's parser
+/// takes them as they are. All places stay the same.
+pub fn with_plain_comments(text: &str) -> Cow<'_, str> {
+    let mut plain = Cow::Borrowed(text);
+    let mut at = 0;
+    while let Some(open) = text[at..].find("<!--") {
+        let begin = at + open + "<!--".len();
+        let Some(length) = text[begin..].find("-->") else {
+            break;
+        };
+        let comment = &text[begin..begin + length];
+        if comment.contains("--") || comment.ends_with('-') {
+            plain
+                .to_mut()
+                .replace_range(begin..begin + length, &comment.replace('-', " "));
+        }
+        at = begin + length + "-->".len();
+    }
+    plain
+}
+
 /// The length of the tag that the text begins with, and the number of equal signs outside its quotes.
 fn tag(text: &[u8]) -> (usize, usize) {
     let mut quote = None;
@@ -47,6 +71,17 @@ fn tag(text: &[u8]) -> (usize, usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn comments_may_hold_hyphens_and_nothing_moves() {
+        let text = "<a><!-- x -- y ---><b/><!-- z - --><!---->--</a><!-- open --";
+        let plain = with_plain_comments(text);
+        assert_eq!(
+            plain,
+            "<a><!-- x    y  --><b/><!-- z   --><!---->--</a><!-- open --"
+        );
+        assert!(matches!(with_plain_comments("<a>--</a>"), Cow::Borrowed(_)));
+    }
 
     #[test]
     fn only_attributes_of_one_tag_count() {

@@ -13,11 +13,13 @@ mod transforms;
 mod upgrade;
 mod values;
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::PathBuf;
 
 use glam::{DMat4, DVec3};
 
+use crate::mitsuba::error::LoadError;
 use crate::scene::{SourcePosition, Warning};
 
 pub use numbers::shortened;
@@ -50,6 +52,8 @@ pub struct Tree {
     objects: Vec<TreeObject>,
     ids: HashMap<String, ObjectIndex>,
     warnings: Vec<Warning>,
+    /// Parameters that no plugin knows, if the file is read leniently.
+    left_out: Option<RefCell<Vec<Warning>>>,
 }
 
 /// The kind of object that an element declares.
@@ -181,6 +185,34 @@ impl Tree {
     /// Oddities that still have a meaning.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
+    }
+
+    /// Makes parameters that a plugin does not know warnings from now on.
+    pub fn be_lenient(&mut self) {
+        self.left_out = Some(RefCell::default());
+    }
+
+    /// Turns the error of an unknown parameter into a warning; false, with nothing done, if it must fail.
+    pub fn leaves_out(&self, error: &LoadError) -> bool {
+        let Some(left_out) = &self.left_out else {
+            return false;
+        };
+        let warning = Warning {
+            at: Some(error.at.clone()),
+            message: format!("{}: it is left out", error.message),
+        };
+        let mut list = left_out.borrow_mut();
+        // A plugin that several objects use is read several times.
+        if !list.contains(&warning) {
+            list.push(warning);
+        }
+        true
+    }
+
+    /// Warnings of the parameters that were left out.
+    pub fn left_out(&self) -> Vec<Warning> {
+        let list = self.left_out.as_ref();
+        list.map_or_else(Vec::new, |list| list.borrow().clone())
     }
 
     /// All objects; the root first.

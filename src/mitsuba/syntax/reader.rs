@@ -111,7 +111,8 @@ impl Reader<'_> {
             allow_dtd: false,
             ..ParsingOptions::default()
         };
-        let document = Document::parse_with_options(text, options).map_err(|error| {
+        let text = guard::with_plain_comments(text);
+        let document = Document::parse_with_options(&text, options).map_err(|error| {
             let at = SourcePosition {
                 file: path.to_owned(),
                 line: error.pos().row,

@@ -10,7 +10,7 @@ use crate::reference::photon_map::finish::CONFIDENCE;
 use crate::reference::photon_map::{self, PhotonMapReport, PhotonMapSettings};
 use crate::reference::photons;
 use crate::run::{Budget, Error, Estimate, Layer, LayerName, Progress};
-use crate::scene::{Scene, Sensor};
+use crate::scene::{Emitter, Scene, Sensor};
 use crate::transport::path_class::{PathClass, PathClasses};
 
 /// The report of a run beside its image.
@@ -114,7 +114,7 @@ pub fn run(
         let time = budget.time?;
         Some(time.saturating_sub(start.elapsed()) / waiting as u32)
     };
-    let mut followed = Vec::new();
+    let (mut followed, mut classes) = (Vec::new(), plan.classes(Finder::Path));
     for (number, (finder, class)) in light.iter().copied().enumerate() {
         progress.begin_part();
         let time = share(light.len() + 1 - number);
@@ -125,20 +125,26 @@ pub fn run(
             Finder::PhotonMap => run.by_photon_maps(run.settings.map_of(class), class, first)?,
             Finder::Path => continue,
         };
-        let classes = PathClasses::NONE.with(class);
         let (finder, part) = match time {
             Some(time) if run.gives_way(finder, &part) => {
                 let (notice, second, part) =
                     run.second_way(finder, class, time.mul_f64(1.0 - FIRST_WAY))?;
-                report.notices.push(notice);
+                if !part.0.total.is_unknown() {
+                    report.notices.push(notice);
+                }
                 (second, part)
             }
             _ => (finder, part),
         };
-        followed.push(report.take(finder, classes, part));
+        if time.is_some() && part.0.total.is_unknown() && !progress.is_stopped() {
+            report.notices.push(run.left_to_paths(class));
+            classes = classes.with(class);
+            continue;
+        }
+        let of_part = PathClasses::NONE.with(class);
+        followed.push(report.take(finder, of_part, part));
     }
     progress.begin_part();
-    let classes = plan.classes(Finder::Path);
     let part = run.by_paths(classes, share(1))?;
     let mut estimate = report.take(Finder::Path, classes, part);
     for part in followed {
@@ -209,16 +215,24 @@ impl Run<'_> {
             let part = self.by_photons(class, Some(time))?;
             (Finder::Photons, part, "by photons".to_owned())
         };
-        let end = if part.0.total.is_unknown() {
-            "which ended nothing, either"
-        } else {
-            "with a larger error"
-        };
         let notice = format!(
-            "{class}: {} ended nothing in its share of the time: it is measured {how}, {end}",
+            "{class}: {} ended nothing in its share of the time: it is measured {how}, with a larger error",
             first.name()
         );
         Ok((notice, second, part))
+    }
+
+    /// The notice of a class that no other way ended anything of: an image without it has more than none.
+    fn left_to_paths(&self, class: PathClass) -> String {
+        let emitters = self.scene.emitters().iter();
+        let never = if emitters.clone().any(Emitter::is_delta) {
+            ", and that of lights that are a point or a direction never"
+        } else {
+            ""
+        };
+        format!(
+            "{class}: nothing ended in its share of the time: it is left to paths, which find it by chance{never}"
+        )
     }
 
     fn by_beams(&self, class: PathClass, time: Option<Duration>) -> Result<Part, Error> {

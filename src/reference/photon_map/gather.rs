@@ -111,8 +111,8 @@ impl Pass<'_> {
         done.refused += refused;
     }
 
-    /// Adds the light of the photons around one point, times `weight`, and returns how many contributions the film cannot
-    /// hold.
+    /// Adds the light of the photons around one point, times `weight`, and returns how many contributions the
+    /// film cannot hold.
     fn look_up(
         &self,
         seen: &VisiblePoint,
