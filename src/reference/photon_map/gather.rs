@@ -27,6 +27,9 @@ pub struct Films {
     pub differences: Vec<Accumulator>,
 }
 
+/// Number of pixels between two questions whether to stop.
+const ASK_EVERY: usize = 64;
+
 /// The result of a pass of lookups.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gathered {
@@ -51,13 +54,21 @@ pub struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// Adds every pixel's lookup to the films.
-    pub fn gather(&self, films: &Films, scale: FixedPoint) -> Gathered {
+    /// Adds every pixel's lookup to the films. After `stop` asked for an end some are missing.
+    pub fn gather(
+        &self,
+        films: &Films,
+        scale: FixedPoint,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Gathered {
         let rows: Vec<Gathered> = (0..self.camera.height())
             .into_par_iter()
             .map(|row| {
                 let mut done = Gathered::default();
                 for column in 0..self.camera.width() {
+                    if column % ASK_EVERY == 0 && stop() {
+                        break;
+                    }
                     self.pixel(column, row, films, scale, &mut done);
                 }
                 done

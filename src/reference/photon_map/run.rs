@@ -91,7 +91,10 @@ impl Setup<'_> {
                     radius_squared: self.settings.radius * self.settings.radius * factor,
                     factor: etendue / passes as f64,
                 };
-                sums.gather(&pass)?;
+                sums.gather(&pass, &stop)?;
+                if stop() {
+                    return Ok(None);
+                }
                 self.progress.add(self.settings.map_photons);
             }
             sums.end_replicate()?;

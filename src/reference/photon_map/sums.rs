@@ -43,13 +43,13 @@ impl RoundSums {
         }
     }
 
-    /// Adds a pass of the replicate under way.
+    /// Adds a pass of the replicate under way; after `stop` asked for an end the sums are of no use.
     ///
     /// # Errors
     ///
     /// If a contribution is not representable.
-    pub fn gather(&mut self, pass: &Pass) -> Result<(), Error> {
-        let done = pass.gather(&self.films, self.scale);
+    pub fn gather(&mut self, pass: &Pass, stop: &(dyn Fn() -> bool + Sync)) -> Result<(), Error> {
+        let done = pass.gather(&self.films, self.scale, stop);
         self.counters += done.counters;
         if done.refused > 0 {
             return Err(Error::NotRepresentable(format!(
