@@ -23,6 +23,7 @@ mod limits;
 mod offline;
 mod picture;
 mod stages;
+mod unseen;
 mod views;
 mod walls;
 
@@ -30,7 +31,7 @@ use judge::Judge;
 use support::figures::{Section, print_sections};
 
 /// The sections, in the order of the document.
-const SECTIONS: [(&str, Section<Judge>); 20] = [
+const SECTIONS: [(&str, Section<Judge>); 21] = [
     ("picture", |_| picture::picture()),
     ("truths", errors::truths),
     ("passes", |_| counted::passes()),
@@ -47,6 +48,7 @@ const SECTIONS: [(&str, Section<Judge>); 20] = [
     ("slabs", errors::slabs),
     ("advice", |_| beyond::advice()),
     ("splats", beyond::splats),
+    ("unseen", |_| unseen::unseen()),
     ("exact", beyond::exact),
     ("views", |_| views::views()),
     ("stages", stages::objects),
