@@ -31,9 +31,10 @@ use judge::Judge;
 use support::figures::{Section, print_sections};
 
 /// The sections, in the order of the document.
-const SECTIONS: [(&str, Section<Judge>); 21] = [
+const SECTIONS: [(&str, Section<Judge>); 22] = [
     ("picture", |_| picture::picture()),
     ("truths", errors::truths),
+    ("residuals", errors::residuals),
     ("passes", |_| counted::passes()),
     ("totals", |_| counted::totals()),
     ("polygons", |_| counted::polygons()),
