@@ -69,7 +69,7 @@ fn near(reach: &Bounds, all: impl Iterator<Item = u32>, boxes: &[(DVec3, DVec3)]
     .collect()
 }
 
-/// Of a [`SensorPoint`](crate::approximation::SensorPoint) what discs ask for: a tile's stay in a core's cache.
+/// A point as discs ask for it, without the rest of what a sensor knows: a tile's stay in a core's cache.
 struct Seen {
     position: DVec3,
     normal: DVec3,
