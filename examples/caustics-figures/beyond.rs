@@ -21,6 +21,20 @@ use crate::support::scenes::meter;
 /// Light and interfaces right.
 const RIGHT: [(&str, &str); 2] = [("emission", "exact"), ("interface", "exact")];
 
+/// Splats that are held against each other.
+pub const SPLATS: [&str; 2] = ["quads", "ellipses"];
+
+/// Stages that are exact beside them: none, those of the light, and the filter, too.
+pub const STAGES: [&[(&str, &str)]; 3] = [
+    &[],
+    &RIGHT,
+    &[
+        ("emission", "exact"),
+        ("interface", "exact"),
+        ("smooth", "exact"),
+    ],
+];
+
 /// L1 by discs and by ellipses.
 pub fn splats(judge: &mut Judge) -> Vec<String> {
     let mut lines = Vec::new();
@@ -28,15 +42,10 @@ pub fn splats(judge: &mut Judge) -> Vec<String> {
         let case = judge.floor(object);
         for preset in ["lowest", "best"] {
             let mut cells = vec![object.row(), format!("`{preset}`")];
-            let stages = [
-                vec![],
-                RIGHT.to_vec(),
-                [&RIGHT[..], &[("smooth", "exact")]].concat(),
-            ];
-            for stages in &stages {
-                for splat in ["quads", "ellipses"] {
+            for stages in STAGES {
+                for splat in SPLATS {
                     let own = [("preset", preset), ("splat", splat)];
-                    let method = object.volume(&[&stages[..], &own].concat());
+                    let method = object.volume(&[stages, &own].concat());
                     cells.push(shown(&case.judged(&method), Figure::L1));
                 }
             }

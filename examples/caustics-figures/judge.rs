@@ -157,6 +157,13 @@ pub fn mean(values: &[Rgb]) -> f64 {
     values.iter().map(|value| value.mean()).sum::<f64>() / values.len() as f64
 }
 
+/// The L1 that an image's standard errors let expect, by its light: a normal error of deviation σ is √(2/π) σ in
+/// the mean.
+pub fn likely_l1(values: &[Rgb], errors: &[Rgb]) -> f64 {
+    let of = |values: &[Rgb]| values.iter().map(|value| value.mean()).sum::<f64>();
+    (2.0 * std::f64::consts::FRAC_1_PI).sqrt() * of(errors) / of(values)
+}
+
 /// Two images, added up.
 pub fn sum(one: &[Rgb], other: &[Rgb]) -> Vec<Rgb> {
     one.iter().zip(other).map(|(a, b)| *a + *b).collect()

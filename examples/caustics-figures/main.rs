@@ -23,6 +23,7 @@ mod limits;
 mod offline;
 mod picture;
 mod stages;
+mod unseen;
 mod views;
 mod walls;
 
@@ -30,9 +31,10 @@ use judge::Judge;
 use support::figures::{Section, print_sections};
 
 /// The sections, in the order of the document.
-const SECTIONS: [(&str, Section<Judge>); 20] = [
+const SECTIONS: [(&str, Section<Judge>); 22] = [
     ("picture", |_| picture::picture()),
     ("truths", errors::truths),
+    ("residuals", errors::residuals),
     ("passes", |_| counted::passes()),
     ("totals", |_| counted::totals()),
     ("polygons", |_| counted::polygons()),
@@ -47,6 +49,7 @@ const SECTIONS: [(&str, Section<Judge>); 20] = [
     ("slabs", errors::slabs),
     ("advice", |_| beyond::advice()),
     ("splats", beyond::splats),
+    ("unseen", |_| unseen::unseen()),
     ("exact", beyond::exact),
     ("views", |_| views::views()),
     ("stages", stages::objects),

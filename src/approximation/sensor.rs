@@ -297,10 +297,16 @@ impl SensorPoint {
     /// The sensor's quantity for irradiance E [W/m²] at the point: E itself, or radiance E ρ/π [W/m²/sr].
     #[inline]
     pub fn measured(&self, irradiance: Rgb) -> Rgb {
-        match self.albedo {
-            Some(albedo) => albedo * irradiance * FRAC_1_PI,
-            None => irradiance,
-        }
+        measured(self.albedo, irradiance)
+    }
+}
+
+/// A sensor's quantity for irradiance [W/m²] at a point whose side has an [`albedo`](SensorPoint::albedo).
+#[inline]
+pub fn measured(albedo: Option<Rgb>, irradiance: Rgb) -> Rgb {
+    match albedo {
+        Some(albedo) => albedo * irradiance * FRAC_1_PI,
+        None => irradiance,
     }
 }
 

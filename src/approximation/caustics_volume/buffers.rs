@@ -9,7 +9,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::cuboid::Cuboid;
-use super::raster::{Form, Fragment, Item, draw};
+use super::raster::{Form, Fragment, Item, draw, has_centre};
 use super::settings::Settings;
 use super::variants::{Buffers, Layers};
 use super::work::Work;
@@ -162,10 +162,13 @@ impl Slab<'_> {
         }
     }
 
-    /// What is drawn: every surface in the slab that light does not pass.
-    fn items(&self) -> Vec<Item> {
+    /// What is drawn: every surface in the slab that light does not pass; and the number of triangles and
+    /// shapes, with triangles that are between the centres of texels. Those are left out.
+    fn items(&self) -> (Vec<Item>, u64) {
+        /// Faces that a thread looks at together.
+        const FACES: usize = 4096;
         let shapes = (0_u32..).zip(self.scene.world().shapes());
-        let mut items = Vec::new();
+        let (mut items, mut count) = (Vec::new(), 0);
         for (shape, form) in shapes {
             if self
                 .scene
@@ -195,23 +198,40 @@ impl Slab<'_> {
                 };
                 overlaps(&corners).then_some(Item { shape, form })
             };
+            let is_drawn = |item: &Item| match &item.form {
+                Form::Triangle { corners, .. } => has_centre(self.side, corners),
+                Form::Sampled { .. } => true,
+            };
             match form {
                 Shape::Mesh(mesh) => {
                     let places: Vec<DVec3> =
                         mesh.positions().par_iter().map(|it| place(*it)).collect();
-                    let faces = mesh.triangles().par_iter().enumerate();
-                    let drawn: Vec<Item> = faces
-                        .filter_map(|(face, corners)| {
-                            triangle(face as u32, corners.map(|corner| places[corner as usize]))
+                    let faces = mesh.triangles().par_chunks(FACES).enumerate();
+                    let found: Vec<(Vec<Item>, u64)> = faces
+                        .map(|(chunk, faces)| {
+                            let (mut drawn, mut count) = (Vec::new(), 0);
+                            for (face, corners) in (chunk * FACES..).zip(faces) {
+                                let corners = corners.map(|corner| places[corner as usize]);
+                                if let Some(item) = triangle(face as u32, corners) {
+                                    count += 1;
+                                    drawn.extend(Some(item).filter(is_drawn));
+                                }
+                            }
+                            (drawn, count)
                         })
                         .collect();
-                    items.extend(drawn);
+                    for (drawn, more) in found {
+                        items.extend(drawn);
+                        count += more;
+                    }
                 }
                 Shape::Rectangle(rectangle) => {
                     let [a, b, c, d] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
                         .map(|uv| place(rectangle.point(DVec2::from_array(uv))));
-                    items.extend(triangle(0, [a, b, c]));
-                    items.extend(triangle(0, [a, c, d]));
+                    for item in [triangle(0, [a, b, c]), triangle(0, [a, c, d])] {
+                        count += u64::from(item.is_some());
+                        items.extend(item.filter(is_drawn));
+                    }
                 }
                 Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => {
                     let across = corners.map(DVec3::truncate);
@@ -220,10 +240,11 @@ impl Slab<'_> {
                         high: across.iter().fold(DVec2::NEG_INFINITY, |a, b| a.max(*b)),
                     };
                     items.push(Item { shape, form });
+                    count += 1;
                 }
             }
         }
-        items
+        (items, count)
     }
 
     /// A fragment's depth as a picture keeps it; `None` beside the slab.
@@ -268,8 +289,8 @@ impl Pictures {
         if settings.layers == Layers::NearFar && settings.buffers == Buffers::Exact {
             return Self::asked(slab);
         }
-        let items = slab.items();
-        work.triangles += items.len() as u64;
+        let (items, triangles) = slab.items();
+        work.triangles += triangles;
         let layers = match settings.layers {
             Layers::NearFar | Layers::Exact => 2,
             Layers::Peel => u64::from(settings.peels),
@@ -307,7 +328,7 @@ impl Pictures {
     /// Where rays need not ask: by texel, depths [m] before which neither surface is. Pictures say so, of the
     /// texel and its neighbours: the least depth among them, less how much they differ, and less a texel.
     fn asked(slab: &Slab) -> Self {
-        let texels = Self::near_and_far(slab, &slab.items(), Buffers::F32);
+        let texels = Self::near_and_far(slab, &slab.items().0, Buffers::F32);
         let side = slab.side;
         let texel = (1.0 / slab.scale().min_element()) as f32;
         let bound = |index: usize, layer: Layer| {

@@ -138,12 +138,13 @@ pub fn check(settings: &Settings) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// The points whose hull a shape is in.
-fn points(shape: &Shape) -> Vec<DVec3> {
+/// The box, along some axes, of the points whose hull a shape is in.
+fn bounds_along(axes: &Frame, shape: &Shape) -> Bounds {
+    let of = |points: &[DVec3]| Bounds::from_points(points.iter().map(|it| axes.to_local(*it)));
     match shape {
-        Shape::Mesh(mesh) => mesh.positions().to_vec(),
+        Shape::Mesh(mesh) => of(mesh.positions()),
         Shape::Sphere(_) | Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => {
-            shape.bounds().corners().to_vec()
+            of(&shape.bounds().corners())
         }
     }
 }
@@ -166,10 +167,9 @@ fn cuboid(scene: &Scene, settings: &Settings, shapes: &[u32], light: &Source) ->
         },
         Fit::Light => Frame::around(-travel),
     };
-    let places = shapes
-        .iter()
-        .flat_map(|shape| points(&all[*shape as usize]));
-    let bounds = Bounds::from_points(places.map(|place| axes.to_local(place)));
+    let bounds = shapes.iter().fold(Bounds::EMPTY, |sum, shape| {
+        sum.union(bounds_along(&axes, &all[*shape as usize]))
+    });
     let largest = bounds.extent().max_element();
     let half = (0.5 * bounds.extent()).max(DVec3::splat(0.5 * FLAT * largest))
         * (1.0 + 2.0 * settings.margin);

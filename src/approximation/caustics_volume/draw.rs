@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::splat::Disc;
 use super::work::Work;
 use crate::approximation::SensorFilm;
-use crate::approximation::sensor::SensorPoint;
+use crate::approximation::sensor::measured;
 use crate::geometry::{Bounds, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
@@ -28,7 +28,7 @@ pub fn draw(scene: &Scene, film: &SensorFilm, discs: &[Disc], work: &mut Work) -
         .iter()
         .map(|disc| (disc.center, disc.half()))
         .collect();
-    let tiles: Vec<(Vec<Rgb>, Work)> = (0..columns * height.div_ceil(TILE))
+    let (tiles, done): (Vec<Vec<Rgb>>, Vec<Work>) = (0..columns * height.div_ceil(TILE))
         .into_par_iter()
         .map(|index| {
             let place = [index % columns * TILE, index / columns * TILE];
@@ -41,17 +41,21 @@ pub fn draw(scene: &Scene, film: &SensorFilm, discs: &[Disc], work: &mut Work) -
             tile.descend([0, 0], TILE, (discs, &boxes), &all, &mut work);
             (tile.values, work)
         })
-        .collect();
-    let mut values = vec![Rgb::BLACK; width * height];
-    for (index, (tile, done)) in tiles.into_iter().enumerate() {
-        *work += done;
-        let place = [index % columns * TILE, index / columns * TILE];
-        let across = TILE.min(width - place[0]);
-        for (row, line) in tile.chunks(across).enumerate() {
-            let start = (place[1] + row) * width + place[0];
-            values[start..start + line.len()].copy_from_slice(line);
-        }
+        .unzip();
+    for one in done {
+        *work += one;
     }
+    let mut values = vec![Rgb::BLACK; width * height];
+    let bands = values.par_chunks_mut(TILE * width);
+    bands
+        .zip(tiles.par_chunks(columns))
+        .for_each(|(band, tiles)| {
+            for (row, line) in band.chunks_mut(width).enumerate() {
+                for (part, tile) in line.chunks_mut(TILE).zip(tiles) {
+                    part.copy_from_slice(&tile[row * part.len()..][..part.len()]);
+                }
+            }
+        });
     values
 }
 
@@ -65,10 +69,17 @@ fn near(reach: &Bounds, all: impl Iterator<Item = u32>, boxes: &[(DVec3, DVec3)]
     .collect()
 }
 
+/// A point as discs ask for it, without the rest of what a sensor knows: a tile's stay in a core's cache.
+struct Seen {
+    position: DVec3,
+    normal: DVec3,
+    albedo: Option<Rgb>,
+}
+
 /// A square of texels.
 struct Tile {
     size: [usize; 2],
-    points: Vec<Option<SensorPoint>>,
+    points: Vec<Option<Seen>>,
     values: Vec<Rgb>,
 }
 
@@ -81,7 +92,12 @@ impl Tile {
         for row in 0..size[1] {
             for column in 0..size[0] {
                 let texel = (place[1] + row) * width + place[0] + column;
-                points.push(film.point(scene, texel, DVec2::splat(0.5), &mut counters).1);
+                let (_, point) = film.point(scene, texel, DVec2::splat(0.5), &mut counters);
+                points.push(point.map(|point| Seen {
+                    position: point.point.position,
+                    normal: point.normal,
+                    albedo: point.albedo,
+                }));
             }
         }
         work.add_rays(counters);
@@ -101,7 +117,7 @@ impl Tile {
                 .iter()
                 .flatten()
         });
-        let bounds = Bounds::from_points(points.map(|point| point.point.position));
+        let bounds = Bounds::from_points(points.map(|point| point.position));
         (!bounds.is_empty()).then_some(bounds)
     }
 
@@ -128,11 +144,11 @@ impl Tile {
                     let mut sum = Rgb::BLACK;
                     for &disc in found {
                         let disc = &discs[disc as usize];
-                        if disc.holds(point.point.position, point.normal) {
+                        if disc.holds(point.position, point.normal) {
                             sum += disc.irradiance;
                         }
                     }
-                    self.values[texel] = point.measured(sum);
+                    self.values[texel] = measured(point.albedo, sum);
                 }
             }
             return;

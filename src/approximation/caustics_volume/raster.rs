@@ -64,6 +64,14 @@ impl Form {
     }
 }
 
+/// True if a triangle's box has the centre of a texel of a picture: without one, nothing of it is drawn.
+pub fn has_centre(side: usize, corners: &[DVec2; 3]) -> bool {
+    let [a, b, c] = *corners;
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let is_among = |(first, last): (i64, i64)| first.max(0) <= last.min(signed(side) - 1);
+    is_among(centres(low.x, high.x)) && is_among(centres(low.y, high.y))
+}
+
 /// The first and last texel whose centres are between two coordinates.
 fn centres(low: f64, high: f64) -> (i64, i64) {
     ((low - 0.5).ceil() as i64, (high - 0.5).floor() as i64)

@@ -104,19 +104,20 @@ pub fn run(
         warnings: chain_limits::left_out(scene),
     };
     let [width, height] = film.size();
-    let mut values = vec![Rgb::BLACK; width * height];
-    if is_seen {
+    let mut values = if is_seen {
         let (light, next) = pipeline.light(last, &mut kept.frames)?;
-        values = light;
         kept.last = next;
-    }
+        light
+    } else {
+        vec![Rgb::BLACK; width * height]
+    };
     if progress.is_stopped() {
         (kept.last, kept.frames) = (None, Frames::default());
     }
     pipeline.flow.drawn = pipeline.flux_of(&values);
     if is_seen && settings.smooth == Smooth::Gaussian {
         values = pipeline.timed((slabs, Step::Smooth), |_, work| {
-            smoothed(&values, [width, height], settings.sigma, work)
+            smoothed(values, [width, height], settings.sigma, work)
         });
     }
     pipeline.flow.image = pipeline.flux_of(&values);
@@ -156,8 +157,10 @@ impl Pipeline<'_> {
     /// Flux \[W\] of an image; none of a camera's.
     fn flux_of(&self, values: &[Rgb]) -> Rgb {
         let is_meter = self.film.shape().is_some();
-        let texels = values.iter().enumerate().filter(|_| is_meter);
+        // Most texels may be black: they add nothing.
+        let texels = values.iter().enumerate();
         texels
+            .filter(|(_, value)| is_meter && !value.is_black())
             .map(|(texel, value)| *value * self.film.measure(texel))
             .sum()
     }

@@ -228,12 +228,10 @@ impl Receiver {
 
     /// The area of the surface in a texel \[m²\]; zero if a mesh does not reach.
     pub fn texel_area(&self, texel: usize) -> f64 {
-        let column = texel % self.width() + self.crop.offset_x as usize;
-        let row = texel / self.width() + self.crop.offset_y as usize;
         match &self.area {
             TexelArea::Uniform(area) => *area,
-            TexelArea::Column(areas) => areas[column],
-            TexelArea::Row(areas) => areas[row],
+            TexelArea::Column(areas) => areas[texel % self.width() + self.crop.offset_x as usize],
+            TexelArea::Row(areas) => areas[texel / self.width() + self.crop.offset_y as usize],
             TexelArea::Mesh(texels) => texels.coverage.area(texel),
         }
     }
