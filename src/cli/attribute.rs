@@ -5,7 +5,7 @@ use anyhow::Context as _;
 use super::args::{AttributeArgs, SettingArgs};
 use super::outcome::Outcome;
 use super::progress;
-use super::render::load;
+use super::scene::load;
 use super::sensor::choose_sensor;
 use crate::method::Method;
 use crate::metric::Figure;

@@ -30,7 +30,7 @@ pub(super) fn choose(
     } else {
         choose_sensor(scene, args.sensor.as_deref())?
     };
-    let sensor = args.filtered(sensor);
+    let sensor = args.filter.filtered(sensor);
     let (method, notice) = if is_seen {
         choose_view(&given, scene, &sensor)
     } else {

@@ -12,8 +12,8 @@ use super::choice::choose;
 use super::outcome::Outcome;
 use super::output;
 use super::progress;
-use super::render::load_with;
 use super::run::Run;
+use super::scene::load_with;
 use super::sensor::choose_sensor;
 use super::summary::Summary;
 use crate::film::atomic;
@@ -78,7 +78,7 @@ pub fn render(
                 Some(first) => first,
                 None => scene_of(args, define)?,
             };
-            let sensor = &args.filtered(choose_sensor(&scene, Some(&id))?);
+            let sensor = &args.filter.filtered(choose_sensor(&scene, Some(&id))?);
             let rendering = progress::watch(&context.progress, || {
                 sequence.frame(&scene, sensor, &Budget::default(), context)
             })?;

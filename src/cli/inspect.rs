@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::args::{InspectArgs, SettingArgs};
 use super::outcome::Outcome;
-use super::render::load;
+use super::scene::load;
 use super::sensor::{choose_camera, choose_sensor};
 use crate::geometry::{MeshDiagnostics, Shape};
 use crate::method::Method;

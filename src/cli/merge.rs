@@ -5,8 +5,9 @@ use std::time::Instant;
 use super::args::MergeArgs;
 use super::outcome::Outcome;
 use super::output;
-use super::render::{finish, load, read_shard};
+use super::render::{finish, read_shard};
 use super::run::Run;
+use super::scene::load;
 use super::sensor::choose_sensor;
 use crate::method::Method;
 use crate::run::Context;
@@ -20,6 +21,7 @@ pub fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
+    let sensor = &args.filter.filtered(sensor);
     let method = Method::new("photons", &args.settings.given)
         .map_err(|error| args.settings.retold(error))?;
     let context = Context::default();

@@ -29,6 +29,7 @@ pub mod probe;
 pub mod progress;
 pub mod render;
 pub mod run;
+mod scene;
 pub mod sensor;
 pub mod summary;
 pub mod tables;

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::args::ProbeArgs;
 use super::outcome::Outcome;
 use super::progress;
-use super::render::load;
+use super::scene::load;
 use super::sensor::choose_sensor;
 use crate::geometry::{Shape, TraversalCounters};
 use crate::radiometry::Rgb;

@@ -7,17 +7,17 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 
-use super::args::{RenderArgs, SceneArgs};
+use super::args::RenderArgs;
 use super::choice::choose;
 use super::frames;
 use super::outcome::Outcome;
 use super::output;
 use super::progress;
 use super::run::Run;
+use super::scene::load;
 use super::summary::Summary;
 use crate::film::atomic;
 use crate::method::Method;
-use crate::mitsuba::{self, LoadError};
 use crate::reference::photons::Shard;
 use crate::reference::photons::shard::Part;
 use crate::run::{Budget, Context};
@@ -93,28 +93,6 @@ fn trace_shard(
     write_shard(&part, path)?;
     say!("wrote {}", path.display());
     Ok(Outcome::Complete)
-}
-
-/// Reads a scene.
-///
-/// # Errors
-///
-/// As [`mitsuba::load`].
-pub(super) fn load(args: &SceneArgs) -> Result<Scene, LoadError> {
-    load_with(args, &args.define)
-}
-
-/// Reads a scene with other parameters than those of `-D`.
-///
-/// # Errors
-///
-/// As [`mitsuba::load`].
-pub(super) fn load_with(args: &SceneArgs, define: &[(String, String)]) -> Result<Scene, LoadError> {
-    if args.lenient {
-        mitsuba::load_leniently(&args.scene, define)
-    } else {
-        mitsuba::load(&args.scene, define)
-    }
 }
 
 /// Writes a result's files and prints its summary.

@@ -63,7 +63,7 @@ impl ReconstructionFilter {
         }
     }
 
-    /// True if it is negative in places, so that a pixel's sum may be, too.
+    /// True if it may be negative in places, so that a pixel's sum may be, too.
     pub fn has_negative_lobes(&self) -> bool {
         match *self {
             Self::Box | Self::Tent { .. } | Self::Gaussian { .. } => false,

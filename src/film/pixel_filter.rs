@@ -41,11 +41,20 @@ impl PixelFilter {
     pub fn new(filter: ReconstructionFilter, [width, height]: [usize; 2], border: usize) -> Self {
         let film = DVec2::new(width as f64, height as f64);
         let border = border as f64;
+        let radius = filter.radius();
+        let whole = filter.integral(-radius, radius);
         let inverse = [width, height].map(|size| {
             let (low, high) = (-border, size as f64 + border);
             let of = |pixel: usize| {
                 let centre = pixel as f64 + 0.5;
-                1.0 / filter.integral(low - centre, high - centre)
+                let [before, behind] = [low - centre, high - centre];
+                let is_whole = before <= -radius && behind >= radius;
+                let integral = if is_whole {
+                    whole
+                } else {
+                    filter.integral(before, behind)
+                };
+                1.0 / integral
             };
             (0..size).map(of).collect()
         });
@@ -90,7 +99,8 @@ impl PixelFilter {
     }
 
     /// A film point for a pixel, by two numbers that are uniform in [0, 1), and the weight of the radiance
-    /// there: its mean over points is the pixel's average. The weight is 0 for a point that does not count.
+    /// there: its mean over points is the pixel's average. The weight is 0 for a point that does not count,
+    /// less than a step beyond the film that is sampled.
     pub fn choose(&self, pixel: [usize; 2], numbers: [f64; 2]) -> (DVec2, f64) {
         let Some(steps) = &self.steps else {
             return (DVec2::ZERO, f64::NAN);
@@ -99,10 +109,19 @@ impl PixelFilter {
         let width = 2.0 * self.filter.radius() / count as f64;
         let (mut at, mut weight) = ([0.0; 2], 1.0);
         for axis in 0..2 {
-            let step = steps.choose(numbers[axis]);
+            let centre = pixel[axis] as f64 + 0.5;
+            // The steps that overlap the film.
+            let step_at = |film: f64| ((film - centre + self.filter.radius()) / width).floor();
+            let [first, last] = self.sampled.map(|corner| step_at(corner[axis]));
+            let (first, last) = (
+                first.max(0.0) as usize,
+                (last.max(0.0) as usize).min(count - 1),
+            );
+            let (before, behind) = (steps.below(first), steps.below(last + 1));
+            let step = steps.choose(before + numbers[axis] * (behind - before));
             let offset = place(&self.filter, count, step.index, step.rest);
-            let density = steps.probability(step.index) / width;
-            at[axis] = pixel[axis] as f64 + 0.5 + offset;
+            let density = steps.probability(step.index) / (width * (behind - before));
+            at[axis] = centre + offset;
             weight *= self.filter.eval(offset) / density * self.inverse[axis][pixel[axis]];
         }
         let at = DVec2::from_array(at);
@@ -116,7 +135,6 @@ impl PixelFilter {
 
 /// Number of steps over a filter's width.
 fn steps_of(filter: &ReconstructionFilter) -> usize {
-    // The cast saturates: a filter wider than any film is taken in coarser steps.
     let pixels = (2.0 * filter.radius()).ceil().clamp(1.0, 4096.0) as usize;
     pixels * STEPS
 }
@@ -239,6 +257,19 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_filter_much_wider_than_the_film_wastes_no_place() {
+        let wide = ReconstructionFilter::Gaussian { stddev: 20.0 };
+        let pixels = PixelFilter::new(wide, SIZE, 0);
+        let stream = Stream::new(StreamKind::Random, 3);
+        for pixel in PIXELS {
+            let weights = (0..4096).map(|index| pixels.choose(pixel, stream.point2(index)).1);
+            let lost = weights.filter(|weight| *weight == 0.0).count();
+            // A step of 1/32 pixel beyond each end of seven and of five pixels.
+            assert!(lost < 4096 / 20, "{pixel:?}: {lost}");
         }
     }
 

@@ -9,6 +9,7 @@ use crate::reference::beams;
 use crate::run::format::time;
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError, Values};
+use crate::transport::camera::Camera;
 
 /// A method, and the reason for which it was chosen.
 ///
@@ -130,6 +131,9 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
     if let Err(refusal) = best.supports(scene, sensor, &values) {
         return Ok((photons, format!("beams cannot follow all light: {refusal}")));
     }
+    if let Some(choice) = of_camera(scene, sensor)? {
+        return Ok(choice);
+    }
     let crop = &sensor.film.crop;
     let texels = u64::from(crop.width) * u64::from(crop.height);
     // If the sensor cannot receive, beams say why.
@@ -146,6 +150,25 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
     }
     let reason = format!("no light has a size: beams know {measured} without noise, with bounds");
     Ok((best, reason))
+}
+
+/// The method for a camera that beams cannot fill, and why.
+fn of_camera(scene: &Scene, sensor: &Sensor) -> Result<Option<(Entry, String)>, SettingError> {
+    if !sensor.is_camera() {
+        return Ok(None);
+    }
+    let Err(error) = Camera::new(scene, sensor) else {
+        return Ok(None);
+    };
+    let name = if Camera::connectable(scene, sensor).is_ok() {
+        "photons"
+    } else {
+        "photon-map"
+    };
+    Ok(Some((
+        Entry::of(name)?,
+        format!("beams cannot fill this camera: {error}"),
+    )))
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The error of a file that does not become a scene.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use crate::scene::{SceneError, SourcePosition};
@@ -30,7 +31,8 @@ pub struct LoadError {
     pub at: SourcePosition,
     /// The problem, and what is allowed.
     pub message: String,
-    /// Further problems of the same scene, in the order found; they have none of their own.
+    /// Further problems of the same scene, in the order found: the first of each object. They have none of
+    /// their own.
     pub others: Vec<LoadError>,
 }
 
@@ -54,11 +56,11 @@ impl LoadError {
 
     /// One error of several, each problem once; `None` of none.
     pub(super) fn of_all(errors: impl IntoIterator<Item = Self>) -> Option<Self> {
-        let mut list: Vec<Self> = Vec::new();
+        let (mut list, mut seen) = (Vec::new(), HashSet::new());
         for mut error in errors {
             let others = std::mem::take(&mut error.others);
             for one in std::iter::once(error).chain(others) {
-                if !list.contains(&one) {
+                if seen.insert(one.to_string()) {
                     list.push(one);
                 }
             }

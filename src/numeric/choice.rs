@@ -64,6 +64,12 @@ impl WeightedChoice {
             .map_or(0.0, |sum| (sum - self.before(index)) / self.total())
     }
 
+    /// The probability of all indices below `index` together, at most as many as there are.
+    #[inline]
+    pub fn below(&self, index: usize) -> f64 {
+        self.before(index) / self.total()
+    }
+
     #[inline]
     fn before(&self, index: usize) -> f64 {
         if index == 0 {

@@ -108,7 +108,8 @@ impl Target {
             Material::Diffuse {
                 reflectance: Color::Constant(reflectance),
             } => reflectance.is_grey(),
-            Material::Plastic(_)
+            Material::Diffuse { .. }
+            | Material::Plastic(_)
             | Material::RoughPlastic { .. }
             | Material::RoughConductor { .. }
             | Material::RoughDielectric { .. }

@@ -110,8 +110,9 @@ impl Estimate {
                     .map(|it| it.map(|bound| if bound < least { least } else { bound }))
                     .collect()
             };
-            // Those that hold for few samples know more than the scatter does.
-            let of_sampling = layer.sampling.take();
+            // Those that hold for few samples know more than the scatter does, if they know anything.
+            let is_known = |it: &Interval| it.high.iter().all(|high| high.is_finite());
+            let of_sampling = layer.sampling.take().filter(is_known);
             if layer.interval.is_none() {
                 layer.interval = Some(of_sampling.unwrap_or_else(|| Interval {
                     low: bound(-1.0),

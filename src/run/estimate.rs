@@ -93,7 +93,7 @@ pub struct Estimate {
     pub total: Layer,
     /// `LD` first (on a receiver), then one layer a signature, then what is left.
     pub layers: Vec<Layer>,
-    /// Contributions a texel, all specular layers together.
+    /// Contributions a texel, all specular layers together. With a wide filter, light contributes to several.
     pub counts: Vec<u64>,
     /// Where all traced flux went, as the layers have it. A camera receives none, it sees what surfaces make
     /// of what they absorb; of beams it is empty then.
@@ -164,7 +164,7 @@ pub struct Layer {
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Interval {
-    /// Lower bounds, at least 0.
+    /// Lower bounds, at least 0 unless a film's filter has negative lobes.
     pub low: Vec<Rgb>,
     /// Upper bounds.
     pub high: Vec<Rgb>,

@@ -13,7 +13,7 @@ use nephroid::internals::reference::photons::shard::Part;
 use nephroid::internals::reference::photons::{PhotonSettings, Shard};
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, Layer, LayerName, Progress, Quantity};
-use nephroid::internals::scene::{Color, Material, Scene};
+use nephroid::internals::scene::{Color, Material, ReconstructionFilter, Scene};
 use nephroid::internals::transport::camera::Camera;
 
 use crate::support;
@@ -218,6 +218,26 @@ fn threads_and_shards_do_not_change_a_bit() {
         Part::read_from(&bytes[..]).unwrap()
     });
     assert!(bits(&setup.merge("camera", parts.into()).unwrap()) == alone);
+}
+
+#[test]
+fn shards_traced_with_one_filter_are_no_part_of_a_run_with_another() {
+    let progress = Progress::default();
+    let plain = sensor(scene(), "camera");
+    let mut wide = plain.clone();
+    wide.film.filter = ReconstructionFilter::Tent { radius: 1.0 };
+    let setup = |sensor| Setup::new(scene(), sensor, settings(), &progress).unwrap();
+    let part = setup(&wide)
+        .run_shard("camera", &photons(20_000), Shard::WHOLE)
+        .unwrap();
+    let error = setup(plain)
+        .merge("camera", vec![part.unwrap()])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("the sensor") && error.contains("Tent"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -14,7 +14,7 @@ pub use cache::CacheArgs;
 pub(super) use parse::parse_define;
 pub use parse::parse_fraction;
 pub use probe::ProbeArgs;
-pub use render::RenderArgs;
+pub use render::{FilterArg, RenderArgs};
 pub use settings::SettingArgs;
 
 use super::compare::CompareArgs;
@@ -111,6 +111,10 @@ pub struct MergeArgs {
     /// The sensor the shards were made for [default: the first irradiancemeter]
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
+
+    /// The film's filter
+    #[command(flatten)]
+    pub filter: FilterArg,
 
     /// The settings the shards were made with
     #[command(flatten)]

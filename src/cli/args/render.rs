@@ -23,10 +23,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
-    /// Another filter of the film than the scene's: box makes pixels plain averages, as beams and the
-    /// real-time techniques need them
-    #[arg(long, value_name = "NAME", value_parser = ["box"])]
-    pub filter: Option<String>,
+    /// The film's filter
+    #[command(flatten)]
+    pub filter: FilterArg,
 
     /// The method, one of those that `nephroid methods` lists [default: beams if they can follow all light,
     /// else photons; of scenes that have cameras alone full if it can, else path]
@@ -68,7 +67,16 @@ pub struct RenderArgs {
     pub json: bool,
 }
 
-impl RenderArgs {
+/// A filter that is asked for.
+#[derive(Debug, clap::Args)]
+pub struct FilterArg {
+    /// Another filter of the film than the scene's: box makes pixels plain averages, as beams and the
+    /// real-time techniques need them
+    #[arg(long, value_name = "NAME", value_parser = ["box"])]
+    pub filter: Option<String>,
+}
+
+impl FilterArg {
     /// The sensor with the filter that is asked for.
     pub fn filtered(&self, sensor: &Sensor) -> Sensor {
         let mut sensor = sensor.clone();

@@ -118,6 +118,18 @@ fn read_filter(tree: &Tree, filter: ObjectIndex) -> Result<ReconstructionFilter,
             return Err(plugin.error(message));
         }
     };
+    let radius = result.radius();
+    if !RADII.contains(&radius) {
+        return Err(plugin.error(format!(
+            "has a radius of {radius} pixels; allowed are {} to {}",
+            RADII.start(),
+            RADII.end()
+        )));
+    }
     plugin.finish()?;
     Ok(result)
 }
+
+/// Radii of filters \[pixels\]. Of a narrower one nearly all light falls between the pixels' middles; a wider
+/// one spreads each photon over tens of thousands of pixels.
+const RADII: std::ops::RangeInclusive<f64> = 0.05..=100.0;

@@ -299,7 +299,7 @@ impl<'t> Plugin<'t> {
                 self.tree.source(property.at),
                 self.strange(property, &allowed),
             );
-            let is_parameter = !property.name.is_empty();
+            let is_parameter = !matches!(property.value, Value::Object(_));
             (!(is_parameter && self.tree.leaves_out(&error))).then_some(error)
         });
         LoadError::of_all(errors).map_or(Ok(()), Err)

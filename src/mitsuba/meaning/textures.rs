@@ -21,7 +21,7 @@ use crate::scene::{
 pub struct Textures {
     pub list: Vec<Texture>,
     /// `None` if the image is missing.
-    known: HashMap<ObjectIndex, Option<TextureId>>,
+    known: HashMap<ObjectIndex, Result<Option<TextureId>, LoadError>>,
     pub warnings: Vec<Warning>,
 }
 
@@ -239,9 +239,20 @@ impl Textures {
         texture: ObjectIndex,
         files: &mut Files,
     ) -> Result<Option<TextureId>, LoadError> {
-        if let Some(id) = self.known.get(&texture) {
-            return Ok(*id);
+        if let Some(found) = self.known.get(&texture) {
+            return found.clone();
         }
+        let found = self.read_anew(tree, texture, files);
+        self.known.insert(texture, found.clone());
+        found
+    }
+
+    fn read_anew(
+        &mut self,
+        tree: &Tree,
+        texture: ObjectIndex,
+        files: &mut Files,
+    ) -> Result<Option<TextureId>, LoadError> {
         let plugin = Plugin::new(tree, texture);
         let meant = match plugin.name() {
             "bitmap" => self.bitmap(&plugin, files)?,
@@ -262,7 +273,6 @@ impl Textures {
             self.list.push(texture);
             TextureId(self.list.len() as u32 - 1)
         });
-        self.known.insert(texture, id);
         Ok(id)
     }
 

@@ -31,8 +31,8 @@ pub fn crowded_tag(text: &str) -> Option<usize> {
     None
 }
 
-/// The text with blanks for hyphens that a comment must not hold: `--`, or one before its end. Mitsuba's parser
-/// takes them as they are. All places stay the same.
+/// The text with blanks for hyphens that a comment must not hold: `--`, or one before its end. Mitsuba's
+/// parser takes them as they are. All places stay the same.
 pub fn with_plain_comments(text: &str) -> Cow<'_, str> {
     let mut plain = Cow::Borrowed(text);
     let mut at = 0;

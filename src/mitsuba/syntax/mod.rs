@@ -14,7 +14,7 @@ mod upgrade;
 mod values;
 
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 
 use glam::{DMat4, DVec3};
@@ -53,7 +53,7 @@ pub struct Tree {
     ids: HashMap<String, ObjectIndex>,
     warnings: Vec<Warning>,
     /// Parameters that no plugin knows, if the file is read leniently.
-    left_out: Option<RefCell<Vec<Warning>>>,
+    left_out: Option<RefCell<BTreeMap<String, Warning>>>,
 }
 
 /// The kind of object that an element declares.
@@ -201,18 +201,25 @@ impl Tree {
             at: Some(error.at.clone()),
             message: format!("{}: it is left out", error.message),
         };
-        let mut list = left_out.borrow_mut();
         // A plugin that several objects use is read several times.
-        if !list.contains(&warning) {
-            list.push(warning);
-        }
+        let place = format!("{:?}", (&error.at, &error.message));
+        left_out.borrow_mut().insert(place, warning);
         true
     }
 
     /// Warnings of the parameters that were left out.
     pub fn left_out(&self) -> Vec<Warning> {
-        let list = self.left_out.as_ref();
-        list.map_or_else(Vec::new, |list| list.borrow().clone())
+        let all = self.left_out.iter();
+        let mut all: Vec<Warning> = all
+            .flat_map(|it| it.borrow().values().cloned().collect::<Vec<_>>())
+            .collect();
+        all.sort_by_key(|warning| {
+            warning
+                .at
+                .as_ref()
+                .map(|at| (at.file.clone(), at.line, at.column))
+        });
+        all
     }
 
     /// All objects; the root first.

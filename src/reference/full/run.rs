@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::plan::{Finder, Plan};
 use super::settings::FullSettings;
+use crate::radiometry::Rgb;
 use crate::reference::beams::{self, BeamReport};
 use crate::reference::path::{self, PathReport, PathSettings};
 use crate::reference::photon_map::finish::CONFIDENCE;
@@ -115,6 +116,7 @@ pub fn run(
         Some(time.saturating_sub(start.elapsed()) / waiting as u32)
     };
     let (mut followed, mut classes) = (Vec::new(), plan.classes(Finder::Path));
+    let mut is_left = false;
     for (number, (finder, class)) in light.iter().copied().enumerate() {
         progress.begin_part();
         let time = share(light.len() + 1 - number);
@@ -139,6 +141,7 @@ pub fn run(
         if time.is_some() && part.0.total.is_unknown() && !progress.is_stopped() {
             report.notices.push(run.left_to_paths(class));
             classes = classes.with(class);
+            is_left = true;
             continue;
         }
         let of_part = PathClasses::NONE.with(class);
@@ -151,6 +154,14 @@ pub fn run(
         estimate = estimate.and(part)?;
     }
     sort_by_class(&mut estimate.layers);
+    if is_left {
+        estimate.incomplete = true;
+        if scene.emitters().iter().any(Emitter::is_delta) {
+            // Paths never find that light: nobody knows how much there is.
+            let bounds = estimate.total.interval.iter_mut();
+            bounds.for_each(|it| it.high.fill(Rgb::grey(f64::INFINITY)));
+        }
+    }
     Ok((estimate, report))
 }
 

@@ -15,6 +15,9 @@
 //! is the largest contribution that there may be: one more photon than was seen. Without any, T = V = 0 and
 //! high = W ln(2/α). α is 1 − [`CONFIDENCE`].
 //!
+//! Contributions are positive: of filters with negative lobes nothing is said here. Light that falls on
+//! several pixels counts once in each.
+//!
 //! **V** comes from the replicates, as the standard error does: of n ≪ R contributions, each in a replicate
 //! of its own, ΣS² is Σ w². It is an estimate with R − 1 degrees of freedom, and can be small by chance. Two
 //! things help:

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::replicate::{Job, Recipient};
+use crate::film::PixelFilter;
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
+use crate::radiometry::Rgb;
 use crate::reference::Target;
 use crate::scene::Scene;
 use crate::transport::chain::Arrival;
@@ -77,6 +79,7 @@ pub fn pilot(job: &Job, target: &Target, max_layers: usize) -> LayerMap {
     let found = job.trace(PILOT_PHOTONS, || Pilot {
         scene: job.scene,
         screen: target.screen(),
+        filter: target.filter(),
         scale,
         received: BTreeMap::new(),
     });
@@ -93,13 +96,29 @@ pub fn pilot(job: &Job, target: &Target, max_layers: usize) -> LayerMap {
 struct Pilot<'a> {
     scene: &'a Scene,
     screen: Screen<'a>,
+    filter: Option<&'a PixelFilter>,
     scale: FixedPoint,
     received: BTreeMap<Signature, i128>,
 }
 
+impl Pilot<'_> {
+    /// The factor from flux to what the sensor counts; `None` if it counts nothing.
+    fn factor(&self, arrival: &Arrival<3>, counters: &mut TraversalCounters) -> Option<Rgb> {
+        let Some(filter) = self.filter else {
+            return Some(self.screen.texel(self.scene, arrival, counters)?.1);
+        };
+        let is_sampled = |at| filter.is_sampled(at);
+        Some(
+            self.screen
+                .seen(self.scene, arrival, is_sampled, counters)?
+                .1,
+        )
+    }
+}
+
 impl Recipient<3> for Pilot<'_> {
     fn arrived(&mut self, arrival: &Arrival<3>, counters: &mut TraversalCounters) -> Fate {
-        if let Some((_, factor)) = self.screen.texel(self.scene, arrival, counters)
+        if let Some(factor) = self.factor(arrival, counters)
             && !arrival.signature.is_empty()
         {
             let counted = (arrival.flux.rgb() * factor).mean();

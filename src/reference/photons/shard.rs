@@ -16,6 +16,7 @@ use super::sums::{LedgerSums, RoundSums};
 use super::weights::Weights;
 use crate::film::{Accumulator, AccumulatorError};
 use crate::geometry::TraversalCounters;
+use crate::reference::Target;
 use crate::run::{Budget, Error, Estimate, Refusal};
 
 /// The first line of a shard file, version included.
@@ -94,7 +95,7 @@ impl Setup<'_> {
         RunIdentity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: self.scene.content_hash().to_owned(),
-            sensor: sensor.to_owned(),
+            sensor: self.named(sensor),
             settings: serde_json::to_string(&self.settings).unwrap_or_default(),
             texels: self.target.texels(),
             layers: self
@@ -105,6 +106,18 @@ impl Setup<'_> {
                 .collect(),
             replicates,
             photons_each,
+        }
+    }
+
+    /// The sensor's name, and its film's filter if pixels are no plain averages: a command may change it.
+    fn named(&self, sensor: &str) -> String {
+        match &self.target {
+            Target::Camera {
+                camera,
+                filter: Some(_),
+                ..
+            } => format!("{sensor}, {:?}", camera.filter()),
+            _ => sensor.to_owned(),
         }
     }
 

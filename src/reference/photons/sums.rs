@@ -238,6 +238,11 @@ impl<const N: usize> Tally<'_, N> {
         };
         let mut footprint = std::mem::take(&mut self.footprint);
         filter.spread(at, &mut footprint);
+        if footprint.is_empty() {
+            // It falls between the pixels of a narrow filter.
+            self.footprint = footprint;
+            return;
+        }
         let (width, layer) = (self.screen.size()[0], self.map.layer(arrival.signature));
         let counted = arrival.flux * Flux::of(factor);
         // Light counts once, by the pixel that gains most: its pixels are not independent.

@@ -4,10 +4,13 @@ use crate::geometry::{Hit, SurfacePoint};
 use crate::radiometry::Rgb;
 use crate::scene::{Color, Material, Scalar, Scene, TexturePoint};
 
-/// A diffuse surface as seen from one side: its colour, and the opacities of the masks over it.
+/// A diffuse surface as seen from one side.
 struct DiffuseSide<'a> {
     color: &'a Color,
-    masks: Vec<Scalar>,
+    /// The product of the opacities of masks over it, as far as they are the same everywhere.
+    opacity: f64,
+    /// The opacities of masks that vary.
+    varying: Vec<Scalar>,
 }
 
 /// The diffuse surface that a material has on a side; `None` if it has none.
@@ -16,7 +19,7 @@ fn diffuse_side<'a>(
     mut material: &'a Material,
     front: bool,
 ) -> Option<DiffuseSide<'a>> {
-    let mut masks = Vec::new();
+    let (mut share, mut varying) = (1.0, Vec::new());
     // True on the front of a one-sided material, and on either side of a two-sided one.
     let mut is_lit = front;
     loop {
@@ -24,11 +27,15 @@ fn diffuse_side<'a>(
             Material::Diffuse { reflectance } => {
                 return is_lit.then_some(DiffuseSide {
                     color: reflectance,
-                    masks,
+                    opacity: share,
+                    varying,
                 });
             }
             Material::Mask { opacity, nested } => {
-                masks.push(*opacity);
+                match opacity {
+                    Scalar::Constant(opacity) => share *= opacity,
+                    Scalar::Texture(_) => varying.push(*opacity),
+                }
                 material = scene.material(*nested);
             }
             Material::TwoSided {
@@ -54,26 +61,16 @@ pub(crate) fn reflectance(
     front: bool,
 ) -> Option<Rgb> {
     let side = diffuse_side(scene, scene.material_of(hit.shape), front)?;
-    if let Color::Constant(color) = side.color
-        && let Some(share) = even(&side.masks)
-    {
-        return Some(*color * share);
+    if let (Color::Constant(color), []) = (side.color, side.varying.as_slice()) {
+        return Some(*color * side.opacity);
     }
     let point = scene.world().with_uv(*point, hit);
     let at = TexturePoint::new(scene, hit, &point);
-    let masks = side.masks.iter();
-    let share: f64 = masks
+    let varying = side.varying.iter();
+    let share: f64 = varying
         .map(|mask| scene.scalar(*mask, &at).clamp(0.0, 1.0))
         .product();
-    Some(scene.color(*side.color, &at) * share)
-}
-
-/// The product of opacities; `None` if one varies.
-fn even(masks: &[Scalar]) -> Option<f64> {
-    masks.iter().try_fold(1.0, |share, mask| match mask {
-        Scalar::Constant(opacity) => Some(share * opacity),
-        Scalar::Texture(_) => None,
-    })
+    Some(scene.color(*side.color, &at) * (side.opacity * share))
 }
 
 /// True if a surface is diffuse on a side, and not known to be black.
@@ -84,7 +81,7 @@ pub(super) fn may_reflect(scene: &Scene, shape: u32, front: bool) -> bool {
             Color::Texture(_) => false,
             Color::Unknown => true,
         };
-        !is_dark && even(&side.masks) != Some(0.0)
+        !is_dark && side.opacity != 0.0
     })
 }
 
