@@ -94,9 +94,9 @@ pub enum Texture {
     /// Two colours in turn, two by two squares to the unit square.
     Checkerboard {
         /// The colour where u and v are in the same half of the unit interval.
-        color0: Rgb,
+        color0: Color,
         /// The colour elsewhere.
-        color1: Rgb,
+        color1: Color,
         /// The transform that is applied to (u, v, 1) first.
         to_uv: DMat3,
     },

@@ -52,7 +52,10 @@ impl Scene {
                     color0,
                     color1,
                     to_uv,
-                } => luminance(checkered([*color1, *color0], *to_uv, at.uv)),
+                } => match checkered([*color1, *color0], *to_uv, at.uv) {
+                    Color::Texture(nested) => self.scalar(Scalar::Texture(nested), at),
+                    color => luminance(color.even()),
+                },
                 _ => luminance(self.texture_value(id, at)),
             },
         }
@@ -67,7 +70,7 @@ impl Scene {
                 color0,
                 color1,
                 to_uv,
-            } => checkered([*color0, *color1], *to_uv, at.uv),
+            } => self.color(checkered([*color0, *color1], *to_uv, at.uv), at),
             Texture::MeshAttribute { name, scale } => at
                 .mesh
                 .and_then(|(mesh, face, weights)| mesh.attribute(name, face, weights))
@@ -90,7 +93,7 @@ impl Scene {
 }
 
 /// The first of two colours where u and v are in the same half of the unit interval, else the second.
-fn checkered([same, other]: [Rgb; 2], to_uv: DMat3, uv: DVec2) -> Rgb {
+fn checkered([same, other]: [Color; 2], to_uv: DMat3, uv: DVec2) -> Color {
     let uv = to_uv.transform_point2(uv);
     let first_half = |x: f64| x - x.floor() < 0.5;
     if first_half(uv.x) == first_half(uv.y) {
@@ -133,6 +136,44 @@ mod tests {
                 panic!("{opacity:?}");
             };
             assert_eq!(scene.texture_value(id, &at), Rgb::grey(as_colour));
+        }
+    }
+
+    #[test]
+    fn a_checkerboards_squares_may_be_textures_with_coordinates_of_their_own() {
+        let text = r#"<scene version="3.0.0"><shape type="rectangle"><bsdf type="mask">
+            <texture name="opacity" type="checkerboard">
+                <texture name="color0" type="checkerboard">
+                    <float name="color0" value="0.1"/><float name="color1" value="0.2"/>
+                    <transform name="to_uv"><scale x="2" y="2"/></transform></texture>
+                <float name="color1" value="0.9"/></texture>
+            <bsdf type="diffuse"/></bsdf></shape></scene>"#;
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("nested.xml");
+        std::fs::write(&file, text).unwrap();
+        let scene = crate::mitsuba::load(&file, &[]).unwrap();
+        let scalars = scene.materials().iter().flat_map(Material::scalars);
+        let Some(Scalar::Texture(id)) = scalars.into_iter().next() else {
+            panic!("no texture");
+        };
+        // The first square is itself divided in four; as a number, both boards swap their colours.
+        for (place, as_colour, as_number) in [
+            ((0.1, 0.1), 0.1, 0.9),
+            ((0.3, 0.1), 0.2, 0.9),
+            ((0.7, 0.1), 0.9, 0.2),
+            ((0.8, 0.1), 0.9, 0.1),
+        ] {
+            let at = TexturePoint {
+                uv: place.into(),
+                mesh: None,
+            };
+            assert_eq!(
+                scene.texture_value(id, &at),
+                Rgb::grey(as_colour),
+                "{place:?}"
+            );
+            let number = scene.scalar(Scalar::Texture(id), &at);
+            assert!((number - as_number).abs() < 1e-15, "{place:?}: {number}");
         }
     }
 }

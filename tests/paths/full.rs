@@ -536,8 +536,8 @@ fn a_border_that_is_sampled_shines_into_the_image() {
         let view = camera(25.0, &film(12, 10, filter));
         let view = view.replace("target=\"0, 0, 0\"", "target=\"-0.5, 0.4, -1\"");
         let scene = scene(&format!(
-            "{view}<shape type=\"rectangle\" id=\"floor\"><transform name=\"to_world\"><scale value=\"3\"/>\
-             <translate z=\"-1\"/></transform>{FLOOR}</shape>{BALL}{LAMP}"
+            "{view}<shape type=\"disk\"><transform name=\"to_world\"><scale value=\"3\"/>\
+             <translate z=\"-1\"/></transform>{TILES}</shape>{BALL}{LAMP}"
         ));
         let (found, _) = full(&scene, with_small_maps(), &budget(64, 1 << 22));
         let truth = image(&scene, PathSettings::default(), 8192);

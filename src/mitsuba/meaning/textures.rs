@@ -11,7 +11,6 @@ use crate::film::bitmap::{Bitmap, BitmapEncoding};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Spectrum, Tree, Value};
-use crate::radiometry::Rgb;
 use crate::scene::{
     BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TextureWrap, Warning,
 };
@@ -83,8 +82,21 @@ impl Textures {
         name: &str,
         files: &mut Files,
     ) -> Result<Color, LoadError> {
+        self.fraction(tree, plugin, name, 1.0, files)
+    }
+
+    /// A fraction of light whose image must be there, or `default` if the file gives none.
+    fn fraction(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        name: &str,
+        default: f64,
+        files: &mut Files,
+    ) -> Result<Color, LoadError> {
         let Some(texture) = of_parameter(tree, plugin, name) else {
-            return spectra::read_or(tree, plugin, name, Role::Fraction, 1.0).map(Color::Constant);
+            let color = spectra::read_or(tree, plugin, name, Role::Fraction, default);
+            return color.map(Color::Constant);
         };
         let id = self.required(tree, texture, files)?;
         self.check_fraction(&Plugin::new(tree, texture), id)?;
@@ -256,7 +268,7 @@ impl Textures {
         let plugin = Plugin::new(tree, texture);
         let meant = match plugin.name() {
             "bitmap" => self.bitmap(&plugin, files)?,
-            "checkerboard" => Some(checkerboard(tree, &plugin)?),
+            "checkerboard" => Some(self.checkerboard(tree, &plugin, files)?),
             "mesh_attribute" => Some(Texture::MeshAttribute {
                 name: plugin.required_string("name")?.to_owned(),
                 scale: plugin.float_or("scale", 1.0)?,
@@ -342,6 +354,20 @@ impl Textures {
         })))
     }
 
+    /// Two colours or textures in turn. Nested textures have coordinates of their own.
+    fn checkerboard(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Texture, LoadError> {
+        Ok(Texture::Checkerboard {
+            color0: self.fraction(tree, plugin, "color0", 0.4, files)?,
+            color1: self.fraction(tree, plugin, "color1", 0.2, files)?,
+            to_uv: to_uv(plugin)?,
+        })
+    }
+
     /// Mitsuba 0.6's factor on a texture.
     fn scaled(
         &mut self,
@@ -356,17 +382,6 @@ impl Textures {
         let nested = self.read(tree, child, files)?;
         Ok(nested.map(|nested| Texture::Scaled { nested, scale }))
     }
-}
-
-fn checkerboard(tree: &Tree, plugin: &Plugin) -> Result<Texture, LoadError> {
-    let color = |name, default| -> Result<Rgb, LoadError> {
-        spectra::read_or(tree, plugin, name, Role::Fraction, default)
-    };
-    Ok(Texture::Checkerboard {
-        color0: color("color0", 0.4)?,
-        color1: color("color1", 0.2)?,
-        to_uv: to_uv(plugin)?,
-    })
 }
 
 /// The part of `to_uv` that Mitsuba uses: its action on x and y, third row and column left out.

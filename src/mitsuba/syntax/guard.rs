@@ -78,7 +78,7 @@ mod tests {
         let plain = with_plain_comments(text);
         assert_eq!(
             plain,
-            "<a><!-- x    y  --><b/><!-- z   --><!---->--</a><!-- open --"
+            "<a><!-- x    y  --><b/><!-- z - --><!---->--</a><!-- open --"
         );
         assert!(matches!(with_plain_comments("<a>--</a>"), Cow::Borrowed(_)));
     }
