@@ -116,8 +116,8 @@ fn integrated(samples: &[(f64, f64)], role: Role) -> Rgb {
 /// L(λ) = 2 h c² / λ⁵ / (exp(h c / (λ k T)) − 1)
 /// ```
 ///
-/// with the constants of the SI of 2019, `kelvin` the temperature T, and none of it below the wavelength `low`
-/// and above `high` \[nm\]. It is linear between wavelengths a nanometre apart.
+/// with the constants of the SI of 2019, `kelvin` the temperature T, and none of it below the wavelength
+/// `low` and above `high` \[nm\]. It is linear between wavelengths a nanometre apart.
 fn blackbody(kelvin: f64, low: f64, high: f64) -> Rgb {
     let within = (350..=840)
         .map(f64::from)
@@ -196,8 +196,9 @@ mod tests {
 
     #[test]
     fn a_black_body_has_mitsubas_radiance() {
-        // `mi.load_dict({'type': 'blackbody', 'temperature': T}).eval(si)` of Mitsuba 3.9.1 (`scalar_spectral`)
-        // at 400, 550, 700 and 800 nm. It computes in f32, and an exponent of 18 has 18 times its rounding.
+        // `mi.load_dict({'type': 'blackbody', 'temperature': T}).eval(si)` of Mitsuba 3.9.1
+        // (`scalar_spectral`) at 400, 550, 700 and 800 nm. It computes in f32, and an exponent of 18 has 18
+        // times its rounding.
         let mitsuba = [
             (2000.0, [0.179_872_38, 4.938_931_9, 24.390_255, 45.206_413]),
             (5000.0, [8_743.565_4, 12_712.999, 11_811.964, 10_242.688]),
