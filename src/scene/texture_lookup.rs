@@ -108,18 +108,26 @@ mod tests {
     use super::*;
     use crate::scene::Material;
 
+    /// A scene, and the texture of its mask's opacity.
+    fn masked(text: &str) -> (Scene, TextureId) {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("masked.xml");
+        std::fs::write(&file, text).unwrap();
+        let scene = crate::mitsuba::load(&file, &[]).unwrap();
+        let opacity = scene.materials().iter().flat_map(Material::scalars).next();
+        let Some(Scalar::Texture(id)) = opacity else {
+            panic!("no texture");
+        };
+        (scene, id)
+    }
+
     #[test]
     fn a_checkerboard_as_a_number_has_its_colours_swapped_as_in_mitsuba() {
         let text = r#"<scene version="3.0.0"><shape type="rectangle"><bsdf type="mask">
             <texture name="opacity" type="checkerboard">
                 <float name="color0" value="0.1"/><float name="color1" value="0.9"/></texture>
             <bsdf type="diffuse"/></bsdf></shape></scene>"#;
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("checkered.xml");
-        std::fs::write(&file, text).unwrap();
-        let scene = crate::mitsuba::load(&file, &[]).unwrap();
-        let scalars = scene.materials().iter().flat_map(Material::scalars);
-        let opacity = scalars.into_iter().next().unwrap();
+        let (scene, id) = masked(text);
         // Mitsuba 3.9.1: t.eval(si) is 0.1, 0.9, 0.9, 0.1 there, and t.eval_1(si) 0.9, 0.1, 0.1, 0.9.
         let places = [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)];
         for ((u, v), [as_number, as_colour]) in
@@ -131,10 +139,7 @@ mod tests {
                 uv: DVec2::new(u, v),
                 mesh: None,
             };
-            assert!((scene.scalar(opacity, &at) - as_number).abs() < 1e-15);
-            let Scalar::Texture(id) = opacity else {
-                panic!("{opacity:?}");
-            };
+            assert!((scene.scalar(Scalar::Texture(id), &at) - as_number).abs() < 1e-15);
             assert_eq!(scene.texture_value(id, &at), Rgb::grey(as_colour));
         }
     }
@@ -148,14 +153,7 @@ mod tests {
                     <transform name="to_uv"><scale x="2" y="2"/></transform></texture>
                 <float name="color1" value="0.9"/></texture>
             <bsdf type="diffuse"/></bsdf></shape></scene>"#;
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("nested.xml");
-        std::fs::write(&file, text).unwrap();
-        let scene = crate::mitsuba::load(&file, &[]).unwrap();
-        let scalars = scene.materials().iter().flat_map(Material::scalars);
-        let Some(Scalar::Texture(id)) = scalars.into_iter().next() else {
-            panic!("no texture");
-        };
+        let (scene, id) = masked(text);
         // The first square is itself divided in four; as a number, both boards swap their colours.
         for (place, as_colour, as_number) in [
             ((0.1, 0.1), 0.1, 0.9),

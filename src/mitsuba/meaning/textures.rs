@@ -57,19 +57,17 @@ impl Textures {
         default: f64,
         files: &mut Files,
     ) -> Result<Color, LoadError> {
-        if let Some(texture) = of_parameter(tree, plugin, name) {
-            let Some(id) = self.read(tree, texture, files)? else {
-                return Ok(Color::Unknown);
-            };
-            self.check_fraction(&Plugin::new(tree, texture), id)?;
-            return Ok(Color::Texture(id));
+        if let Some(texture) = of_parameter(tree, plugin, name)
+            && self.read(tree, texture, files)?.is_none()
+        {
+            return Ok(Color::Unknown);
         }
         if let Some(found) = plugin.find(name)
             && matches!(found.value, Value::Spectrum(Spectrum::File(_)))
         {
             return Ok(Color::Unknown);
         }
-        spectra::read_or(tree, plugin, name, Role::Fraction, default).map(Color::Constant)
+        self.fraction(tree, plugin, name, default, files)
     }
 
     /// A factor on the light that a smooth interface reflects or lets through; 1 if the file gives none.

@@ -116,7 +116,6 @@ pub fn run(
         Some(time.saturating_sub(start.elapsed()) / waiting as u32)
     };
     let (mut followed, mut classes) = (Vec::new(), plan.classes(Finder::Path));
-    let mut is_left = false;
     for (number, (finder, class)) in light.iter().copied().enumerate() {
         progress.begin_part();
         let time = share(light.len() + 1 - number);
@@ -141,7 +140,6 @@ pub fn run(
         if time.is_some() && part.0.total.is_unknown() && !progress.is_stopped() {
             report.notices.push(run.left_to_paths(class));
             classes = classes.with(class);
-            is_left = true;
             continue;
         }
         let of_part = PathClasses::NONE.with(class);
@@ -154,9 +152,9 @@ pub fn run(
         estimate = estimate.and(part)?;
     }
     sort_by_class(&mut estimate.layers);
-    if is_left {
+    if classes != plan.classes(Finder::Path) {
         estimate.incomplete = true;
-        if scene.emitters().iter().any(Emitter::is_delta) {
+        if run.has_delta_lights() {
             // Paths never find that light: nobody knows how much there is.
             let bounds = estimate.total.interval.iter_mut();
             bounds.for_each(|it| it.high.fill(Rgb::grey(f64::INFINITY)));
@@ -233,10 +231,14 @@ impl Run<'_> {
         Ok((notice, second, part))
     }
 
+    /// True if there are lights that are a point or a direction, whose caustics paths never find.
+    fn has_delta_lights(&self) -> bool {
+        self.scene.emitters().iter().any(Emitter::is_delta)
+    }
+
     /// The notice of a class that no other way ended anything of: an image without it has more than none.
     fn left_to_paths(&self, class: PathClass) -> String {
-        let emitters = self.scene.emitters().iter();
-        let never = if emitters.clone().any(Emitter::is_delta) {
+        let never = if self.has_delta_lights() {
             ", and that of lights that are a point or a direction never"
         } else {
             ""
