@@ -29,7 +29,10 @@ pub use geodesic_dual::GeodesicDual;
 pub use hull::{Hull, bulge, longest, range};
 pub use icosahedron::{ICOSAHEDRON_FACES, icosahedron_corners};
 pub use local::SurfaceElement;
-pub use mesh::{Finding, Mesh, MeshBorder, MeshDiagnostics, MeshError, MeshParts, VertexFans};
+pub use mesh::{
+    AttributeOf, AttributeValues, Finding, Mesh, MeshAttribute, MeshBorder, MeshDiagnostics,
+    MeshError, MeshParts, VertexFans,
+};
 pub use ray::Ray;
 pub use shape::{Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 pub use surface::{Hit, SurfacePoint};

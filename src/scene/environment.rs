@@ -60,22 +60,29 @@ pub enum EnvmapError {
         /// The factor.
         scale: f64,
     },
-    /// The transform is more than a rotation.
-    #[error("\"to_world\" must be a rotation, mirrored or not: it must not change lengths")]
+    /// The transform is more than a rotation and a scale.
+    #[error(
+        "\"to_world\" must be a rotation, mirrored or not, and a scale: it must not change angles"
+    )]
     Stretched,
 }
 
-/// Largest deviation of the lengths of axes from 1, and of their angles from right ones: matrices written
-/// with seven digits pass.
+/// Largest deviation of the lengths of axes from 1, with a scale taken out, and of their angles from right
+/// ones: matrices written with seven digits pass.
 const ROTATION_TOLERANCE: f64 = 2e-6;
 
+fn size(to_world: DMat3) -> Option<f64> {
+    let size = math::cbrt(to_world.determinant().abs());
+    ((size - 1.0).abs() > ROTATION_TOLERANCE).then_some(size)
+}
+
 impl Envmap {
-    /// An image of radiances [W/m²/sr], times `scale`. Only the rotation of `to_world` matters.
+    /// An image of radiances [W/m²/sr], times `scale`. Only the rotation of `to_world` matters, since an
+    /// environment is infinitely far away.
     ///
     /// # Errors
     ///
-    /// If the image is too small or has negative texels, or if `to_world` changes lengths. (Mitsuba 3 takes
-    /// such a transform and looks the image up along directions of the wrong length.)
+    /// If the image is too small or has negative texels, or if `to_world` changes angles.
     pub fn new(image: Arc<Bitmap>, to_world: &Transform, scale: f64) -> Result<Self, EnvmapError> {
         let (width, height) = (image.width(), image.height());
         if width < 2 || height < 3 {
@@ -85,11 +92,15 @@ impl Envmap {
             return Err(EnvmapError::Scale { scale });
         }
         let to_world = DMat3::from_mat4(to_world.matrix());
+        let to_world = match size(to_world) {
+            Some(size) => to_world * (1.0 / size),
+            None => to_world,
+        };
         let off = to_world.transpose() * to_world - DMat3::IDENTITY;
         if off
             .to_cols_array()
             .iter()
-            .any(|x| x.abs() > ROTATION_TOLERANCE)
+            .any(|x| !(x.abs() <= ROTATION_TOLERANCE))
         {
             return Err(EnvmapError::Stretched);
         }
@@ -112,6 +123,13 @@ impl Envmap {
             peak: Rgb(peak.map(f64::from)) * scale,
             is_grey,
         })
+    }
+
+    /// The factor that `to_world` changes volumes' sides by; `None` if it changes none.
+    ///
+    /// Mitsuba 3 does not take it out. Its directions then have the wrong length, and its image is distorted.
+    pub fn size_of(to_world: &Transform) -> Option<f64> {
+        size(DMat3::from_mat4(to_world.matrix()))
     }
 
     /// The image, before `scale`.

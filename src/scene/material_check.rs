@@ -59,18 +59,27 @@ pub(super) fn attributes(parts: &SceneParts) -> Result<(), SceneError> {
                 let Texture::MeshAttribute { name, scale } = texture else {
                     continue;
                 };
-                let range = match shape {
-                    Shape::Mesh(mesh) => mesh.attribute_range(name),
+                let mesh = match shape {
+                    Shape::Mesh(mesh) => Some(mesh),
                     _ => None,
                 };
-                let problem = match range {
-                    None => format!(
-                        "has no \"{name}\": a mesh has a vertex_color or face_color where its PLY file gives r, g and b"
-                    ),
-                    Some([low, high]) if low * scale < 0.0 || high * scale > 1.0 => format!(
+                let problem = match mesh.and_then(|mesh| mesh.attribute_range(name)) {
+                    None => {
+                        let there = mesh.into_iter().flat_map(|mesh| mesh.attribute_names());
+                        let there: Vec<&str> = there.collect();
+                        let there = if there.is_empty() {
+                            "it has no attributes; a PLY file gives them, e.g. a vertex_color as r, g and b, \
+                             or a vertex_heat as heat_0"
+                                .to_owned()
+                        } else {
+                            format!("it has {}", there.join(", "))
+                        };
+                        format!("has no \"{name}\": {there}")
+                    }
+                    Some([low, high]) if low * scale >= 0.0 && high * scale <= 1.0 => continue,
+                    Some([low, high]) => format!(
                         "has numbers from {low} to {high} for \"{name}\" (scaled by {scale}); 0..=1 is allowed"
                     ),
-                    Some(_) => continue,
                 };
                 return Err(SceneError {
                     at: object.declared_at.clone(),

@@ -275,7 +275,7 @@ fn photons_beams_and_probes_refuse_textures_on_smooth_interfaces_by_name() {
 }
 
 /// A scene beside a copy of the oracle's environment.
-fn loaded(elements: &str) -> Result<(), String> {
+fn loaded(elements: &str) -> Result<SceneParts, String> {
     let temporary = Folder::new();
     let map = std::fs::read(folder().join("environment.exr")).unwrap();
     temporary.write("environment.exr", map);
@@ -284,7 +284,41 @@ fn loaded(elements: &str) -> Result<(), String> {
         "scene.xml",
         format!("<scene version=\"3.0.0\">\n{elements}\n</scene>"),
     );
-    temporary.load("scene.xml", &[]).map(|_| ())
+    temporary.load("scene.xml", &[])
+}
+
+#[test]
+fn a_scaled_environment_is_as_far_away_as_any() {
+    let map = |scale: &str| {
+        let parts = loaded(&format!(
+            "<emitter type=\"envmap\"><string name=\"filename\" value=\"environment.exr\"/><transform name=\"to_world\">\
+             {scale}<rotate x=\"0.6\" y=\"0.8\" angle=\"70\"/></transform></emitter>"
+        ));
+        let parts = parts.unwrap();
+        let Emitter::Envmap(map) = parts.emitters[0].clone() else {
+            panic!("{:?}", parts.emitters);
+        };
+        let warnings: Vec<_> = parts.warnings.into_iter().map(|one| one.message).collect();
+        (map, warnings)
+    };
+    let (plain, none) = map("");
+    assert!(none.is_empty(), "{none:?}");
+    for (scale, factor) in [
+        ("<scale value=\"1000\"/>", "1000.000000"),
+        ("<scale value=\"-0.5\"/><scale value=\"-1\"/>", "0.500000"),
+    ] {
+        let (scaled, warnings) = map(scale);
+        let expected = format!("scales the environment by {factor}");
+        assert!(warnings[0].contains(&expected), "{warnings:?}");
+        for direction in [DVec3::X, DVec3::Y, DVec3::new(1.0, -2.0, 2.0) / 3.0] {
+            let (found, expected) = (scaled.radiance(direction), plain.radiance(direction));
+            for c in 0..3 {
+                // Coordinates are off by a few roundings, times the image's slope: some texels of size 1.
+                let off = (found.0[c] - expected.0[c]).abs();
+                assert!(off <= 1e-13, "{direction}: {found:?} {expected:?}");
+            }
+        }
+    }
 }
 
 #[test]
@@ -294,7 +328,7 @@ fn errors_of_environments_name_place_and_reason() {
             "<emitter type=\"envmap\">{rest}<string name=\"filename\" value=\"environment.exr\"/></emitter>"
         ))
     };
-    assert_eq!(map(""), Ok(()));
+    assert!(map("").is_ok_and(|parts| parts.warnings.is_empty()));
     let cases = [
         (
             map("<float name=\"scale\" value=\"-2\"/>"),
@@ -302,7 +336,7 @@ fn errors_of_environments_name_place_and_reason() {
             "\"scale\" is -2",
         ),
         (
-            map("<transform name=\"to_world\"><scale value=\"2\"/></transform>"),
+            map("<transform name=\"to_world\"><scale x=\"2\"/></transform>"),
             "scene.xml:2",
             "must be a rotation",
         ),

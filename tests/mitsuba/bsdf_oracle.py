@@ -50,6 +50,9 @@ TINTS = ('<rgb name="specular_reflectance" value="0.9, 0.5, 0.2"/>'
 RED = '<rgb name="diffuse_reflectance" value="0.7, 0.2, 0.1"/>'
 DIFFUSE = '<bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.4, 0.2"/></bsdf>'
 
+RAW_ALPHA = '<texture type="rawconstant" name="alpha"><float name="value" value="0.2"/></texture>'
+RAW_RED = '<texture type="rawconstant" name="reflectance"><vector name="value" x="0.7" y="0.2" z="0.1"/></texture>'
+
 CASES = [
     DIFFUSE,
     f'<bsdf type="twosided">{DIFFUSE}</bsdf>',
@@ -57,9 +60,11 @@ CASES = [
     f'<bsdf type="mask"><float name="opacity" value="0.3"/>{rough("roughdielectric", "ggx", 0.3)}</bsdf>',
     f'<bsdf type="mask">{bitmap("color.png", "opacity")}{DIFFUSE}</bsdf>',
     f'<bsdf type="diffuse">{bitmap("color.png", "reflectance", raw=False)}</bsdf>',
+    f'<bsdf type="diffuse">{RAW_RED}</bsdf>',
     rough("roughconductor", "ggx", 0.05, GOLD),
     rough("roughconductor", "ggx", (0.4, 0.15), GOLD + '<rgb name="specular_reflectance" value="0.9, 0.5, 0.2"/>'),
     rough("roughconductor", "beckmann", 0.3),
+    f'<bsdf type="roughconductor">{RAW_ALPHA}<rgb name="eta" value="0.2, -0.1, 1"/><rgb name="k" value="3, 3, -1"/></bsdf>',
     rough("roughconductor", "beckmann", (0.1, 0.5), '<rgb name="eta" value="1.5, 0.4, 2"/><rgb name="k" value="3, 2, 0.1"/>'),
     f'<bsdf type="roughconductor">{bitmap("height.png", "alpha")}</bsdf>',
     rough("roughdielectric", "ggx", 0.1),
@@ -88,6 +93,7 @@ DELTA_CASES = [
     f'<bsdf type="dielectric">{TINTS}<float name="int_ior" value="1.2"/><float name="ext_ior" value="1.7"/></bsdf>',
     f'<bsdf type="thindielectric">{TINTS}</bsdf>',
     f'<bsdf type="conductor">{GOLD}</bsdf>',
+    '<bsdf type="conductor"><rgb name="eta" value="0.2, -0.1, 1"/><rgb name="k" value="3, 3, -1"/></bsdf>',
     '<bsdf type="plastic"/>',
     '<bsdf type="null"/>',
     '<bsdf type="mask"><float name="opacity" value="0.3"/><bsdf type="conductor"/></bsdf>',

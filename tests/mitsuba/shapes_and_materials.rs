@@ -99,6 +99,28 @@ fn instances_copy_their_group_into_the_world() {
 }
 
 #[test]
+fn merged_shapes_stay_shapes_of_their_own() {
+    let parts = scene(
+        "<shape type=\"sphere\" id=\"ball\"/>\
+         <shape type=\"merge\"><ref id=\"ball\"/><shape type=\"cube\" id=\"a\"/>\
+         <shape type=\"cube\" id=\"b\"><transform name=\"to_world\"><translate x=\"3\"/></transform></shape></shape>",
+    )
+    .unwrap();
+    let ids: Vec<_> = (parts.objects.iter())
+        .map(|object| object.id.as_str())
+        .collect();
+    assert_eq!(ids, ["ball", "ball", "a", "b"]);
+    let center = parts.shapes[3].bounds().center();
+    assert!(center.abs_diff_eq(3.0 * DVec3::X, PADDING));
+    let nested =
+        "<shape type=\"merge\"><shape type=\"merge\"><shape type=\"cube\"/></shape></shape>";
+    assert!(error(nested).contains("cannot be inside a merge"));
+    let moved =
+        "<shape type=\"merge\"><transform name=\"to_world\"/><shape type=\"cube\"/></shape>";
+    assert!(error(moved).contains("to_world"));
+}
+
+#[test]
 fn singular_transforms_and_broken_mesh_files_name_the_shape_that_asks() {
     let flat = "<shape type=\"rectangle\"><transform name=\"to_world\"><scale z=\"0\"/></transform></shape>";
     assert!(error(flat).starts_with(
@@ -392,6 +414,17 @@ fn a_colour_of_vertices_needs_a_mesh_that_has_it() {
             .unwrap_err()
             .contains("has no \"vertex_color\"")
     );
+    // A file says what it has. A number that no scene uses may be anything, and none that one does.
+    let other = "property float heat_0\nproperty float color_0\nproperty float color_1\n";
+    let message = load([other, "1 1 1", "nan 1 1", "1 1 1"]).unwrap_err();
+    assert!(
+        message.contains("has no \"vertex_color\": it has vertex_heat"),
+        "{message}"
+    );
+    let colors = format!("{names}property float heat_0\n");
+    assert_eq!(load([&colors, "1 0 0 7", "0 1 0 nan", "0 0 1 7"]), Ok(()));
+    let message = load([names, "1 0 0", "0 nan 0", "0 0 1"]).unwrap_err();
+    assert!(message.contains("has numbers from NaN to NaN"), "{message}");
     let whole = names.replace("float", "uchar");
     assert!(
         load([&whole, "255 0 0", "0 1 0", "0 0 1"])

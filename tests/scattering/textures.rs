@@ -152,6 +152,28 @@ fn colours_of_vertices_are_interpolated_and_those_of_faces_are_not() {
     }
 }
 
+#[test]
+fn attributes_of_any_name_are_looked_up() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float heat_0\nproperty float x\nproperty float y\n\
+               property float z\nproperty float tint_x\nproperty float tint_y\nproperty float tint_z\nelement face 1\n\
+               property uchar flags\nproperty float glow_1\nproperty list uchar int vertex_indices\nend_header\n\
+               0.5 0 0 0 1 0 0\n0.25 1 0 0 0 1 0\n0.75 0 1 0 0 0 1\n9 0.125 3 0 1 2\n";
+    // The weights of the corners at (1/2, 1/4) are 1/4, 1/2 and 1/4.
+    for (name, value) in [
+        ("vertex_heat", [0.4375; 3]),
+        ("vertex_tint", [0.25, 0.5, 0.25]),
+        ("face_glow", [0.125; 3]),
+    ] {
+        let surface = triangle(ply, &attribute(name), 0.5, 0.25);
+        let at = TexturePoint::new(&surface.scene, &surface.hit, &surface.point);
+        assert_eq!(
+            surface.scene.texture_value(TextureId(0), &at).0,
+            value,
+            "{name}"
+        );
+    }
+}
+
 /// On each shape, the derivatives of the position are what finite differences of `at_uv` say; on a mesh
 /// those of the face, and a closed form.
 #[test]

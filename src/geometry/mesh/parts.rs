@@ -1,6 +1,10 @@
 //! The parts of a mesh, and their checks.
 
+use std::collections::HashSet;
+
 use glam::{DVec2, DVec3};
+
+use super::attributes::{AttributeOf, MeshAttribute};
 
 /// The contents of a mesh file, or of a generated mesh; world space.
 #[derive(Clone, Debug, Default)]
@@ -13,10 +17,8 @@ pub struct MeshParts {
     pub normals: Option<Vec<DVec3>>,
     /// One a position if the file has them.
     pub uvs: Option<Vec<DVec2>>,
-    /// Red, green and blue, one a position if the file has them.
-    pub vertex_colors: Option<Vec<[f64; 3]>>,
-    /// Red, green and blue, one a triangle if the file has them.
-    pub face_colors: Option<Vec<[f64; 3]>>,
+    /// Numbers by name, each name once.
+    pub attributes: Vec<MeshAttribute>,
     /// True to ignore `normals` and make none.
     pub face_normals: bool,
     /// True to turn all normals around.
@@ -64,31 +66,23 @@ pub enum MeshError {
         /// Number of vertices.
         vertices: usize,
     },
-    /// Not one attribute for each position.
-    #[error("{found} {attribute} for {vertices} vertices; one each is needed")]
+    /// Not one value for each vertex, or for each face.
+    #[error("{found} {attribute} for {needed} {of}; one each is needed")]
     AttributeCount {
-        /// "normals", "texture coordinates" or "colours".
-        attribute: &'static str,
+        /// "normals", "texture coordinates" or "values of NAME".
+        attribute: String,
         /// Number found.
         found: usize,
-        /// Number needed.
-        vertices: usize,
-    },
-    /// Not one colour for each triangle.
-    #[error("{found} colours for {faces} faces; one each is needed")]
-    FaceColorCount {
-        /// Number found.
-        found: usize,
-        /// Number needed.
-        faces: usize,
-    },
-    /// NaN or infinite.
-    #[error("the colour of {of} {index} is not finite")]
-    ColorNotFinite {
-        /// "vertex" or "face".
+        /// "vertices" or "faces".
         of: &'static str,
-        /// Counted from 0.
-        index: usize,
+        /// Number needed.
+        needed: usize,
+    },
+    /// Two attributes of one name.
+    #[error("there are two attributes \"{name}\"; each name is allowed once")]
+    AttributeTwice {
+        /// The name.
+        name: String,
     },
     /// No triangle at all.
     #[error("the mesh has no faces")]
@@ -126,28 +120,28 @@ pub(super) fn check(parts: &MeshParts) -> Result<(), MeshError> {
         }
     }
     if let Some(normals) = parts.normals.as_ref().filter(|_| !parts.face_normals) {
-        check_count("normals", normals.len(), vertices)?;
+        check_count("normals", normals.len(), "vertices", vertices)?;
         if let Some(vertex) = normals.iter().position(|normal| !normal.is_finite()) {
             return Err(MeshError::NormalNotFinite { vertex });
         }
     }
     if let Some(uvs) = &parts.uvs {
-        check_count("texture coordinates", uvs.len(), vertices)?;
+        check_count("texture coordinates", uvs.len(), "vertices", vertices)?;
         if let Some(vertex) = uvs.iter().position(|uv| !uv.is_finite()) {
             return Err(MeshError::UvNotFinite { vertex });
         }
     }
-    if let Some(colors) = &parts.vertex_colors {
-        check_count("colours", colors.len(), vertices)?;
-        check_colors("vertex", colors)?;
-    }
-    if let Some(colors) = &parts.face_colors {
-        let faces = parts.triangles.len();
-        if colors.len() != faces {
-            let found = colors.len();
-            return Err(MeshError::FaceColorCount { found, faces });
+    let mut names = HashSet::new();
+    for MeshAttribute { name, of, values } in &parts.attributes {
+        let (of, needed) = match of {
+            AttributeOf::Vertices => ("vertices", vertices),
+            AttributeOf::Faces => ("faces", parts.triangles.len()),
+        };
+        check_count(&format!("values of {name}"), values.len(), of, needed)?;
+        if !names.insert(name) {
+            let name = name.clone();
+            return Err(MeshError::AttributeTwice { name });
         }
-        check_colors("face", colors)?;
     }
     for (face, triangle) in parts.triangles.iter().enumerate() {
         if let Some(&index) = triangle.iter().find(|&&index| index as usize >= vertices) {
@@ -161,22 +155,20 @@ pub(super) fn check(parts: &MeshParts) -> Result<(), MeshError> {
     Ok(())
 }
 
-fn check_colors(of: &'static str, colors: &[[f64; 3]]) -> Result<(), MeshError> {
-    let is_finite = |color: &[f64; 3]| color.iter().all(|channel| channel.is_finite());
-    match colors.iter().position(|color| !is_finite(color)) {
-        None => Ok(()),
-        Some(index) => Err(MeshError::ColorNotFinite { of, index }),
-    }
-}
-
-fn check_count(attribute: &'static str, found: usize, vertices: usize) -> Result<(), MeshError> {
-    if found == vertices {
+fn check_count(
+    attribute: &str,
+    found: usize,
+    of: &'static str,
+    needed: usize,
+) -> Result<(), MeshError> {
+    if found == needed {
         Ok(())
     } else {
         Err(MeshError::AttributeCount {
-            attribute,
+            attribute: attribute.to_owned(),
             found,
-            vertices,
+            of,
+            needed,
         })
     }
 }

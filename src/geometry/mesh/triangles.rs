@@ -9,6 +9,7 @@ use crate::geometry::{
 use crate::numeric::morton_code;
 
 use super::{
+    attributes::MeshAttribute,
     normals,
     parts::{MeshError, MeshParts, check},
     weld,
@@ -23,10 +24,7 @@ pub struct Mesh {
     pub(super) normals: Vec<DVec3>,
     /// Empty if the file has none.
     pub(super) uvs: Vec<DVec2>,
-    /// Empty if the file has none.
-    pub(super) vertex_colors: Vec<[f64; 3]>,
-    /// Empty if the file has none.
-    pub(super) face_colors: Vec<[f64; 3]>,
+    pub(super) attributes: Vec<MeshAttribute>,
     pub(super) flip_normals: bool,
     pub(super) bounds: Bounds,
 }
@@ -45,8 +43,7 @@ impl Mesh {
             triangles,
             normals,
             uvs,
-            vertex_colors,
-            face_colors,
+            attributes,
             face_normals,
             flip_normals,
         } = parts;
@@ -77,8 +74,7 @@ impl Mesh {
             triangles,
             normals,
             uvs: uvs.unwrap_or_default(),
-            vertex_colors: vertex_colors.unwrap_or_default(),
-            face_colors: face_colors.unwrap_or_default(),
+            attributes,
             flip_normals,
             bounds: exact.padded(gamma(6) * reach),
         })
@@ -101,8 +97,7 @@ impl Mesh {
             normals: has(!self.normals.is_empty())
                 .map(|()| self.normals.iter().map(|n| normal(*n)).collect()),
             uvs: has(!self.uvs.is_empty()).map(|()| self.uvs.clone()),
-            vertex_colors: has(!self.vertex_colors.is_empty()).map(|()| self.vertex_colors.clone()),
-            face_colors: has(!self.face_colors.is_empty()).map(|()| self.face_colors.clone()),
+            attributes: self.attributes.clone(),
             face_normals: self.normals.is_empty(),
             flip_normals: self.flip_normals,
         })
@@ -163,8 +158,9 @@ impl Mesh {
             + size_of_val(&*self.triangles)
             + size_of_val(&*self.normals)
             + size_of_val(&*self.uvs)
-            + size_of_val(&*self.vertex_colors)
-            + size_of_val(&*self.face_colors)
+            + (self.attributes.iter())
+                .map(|one| one.values.bytes())
+                .sum::<usize>()
     }
 
     pub(in crate::geometry) fn bounds(&self) -> Bounds {

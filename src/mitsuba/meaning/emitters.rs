@@ -11,7 +11,7 @@ use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree};
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, Envmap, EnvmapError, ShapeId};
+use crate::scene::{Emitter, Envmap, EnvmapError, ShapeId, Warning};
 use crate::setting::did_you_mean;
 
 /// Every plugin that becomes an emitter.
@@ -21,14 +21,19 @@ const MODELLED: [&str; 6] = ["area", "constant", "directional", "envmap", "point
 const DEFAULT_CUTOFF: f64 = 20.0;
 
 /// An emitter that belongs to the scene.
-pub fn read(tree: &Tree, emitter: ObjectIndex, files: &mut Files) -> Result<Emitter, LoadError> {
+pub fn read(
+    tree: &Tree,
+    emitter: ObjectIndex,
+    files: &mut Files,
+    warnings: &mut Vec<Warning>,
+) -> Result<Emitter, LoadError> {
     let plugin = Plugin::new(tree, emitter);
     let result = match plugin.name() {
         "point" => point(tree, &plugin)?,
         "spot" => spot(tree, &plugin)?,
         "directional" => directional(tree, &plugin)?,
         "constant" => constant(tree, &plugin)?,
-        "envmap" => envmap(&plugin, files)?,
+        "envmap" => envmap(&plugin, files, warnings)?,
         "area" => return Err(plugin.error("must be inside the shape that shines")),
         _ => return Err(not_modelled(&plugin)),
     };
@@ -174,11 +179,24 @@ fn constant(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
 /// The image `filename`, whose alpha does not matter, times `scale`.
 ///
 /// `mis_compensation` changes the choice of directions in Mitsuba, and no expected value.
-fn envmap(plugin: &Plugin, files: &mut Files) -> Result<Emitter, LoadError> {
+fn envmap(
+    plugin: &Plugin,
+    files: &mut Files,
+    warnings: &mut Vec<Warning>,
+) -> Result<Emitter, LoadError> {
     plugin.boolean_or("mis_compensation", false)?;
     let scale = plugin.float_at("scale")?;
     let turn = plugin.transform("to_world")?;
     let to_world = turn.map_or(Transform::IDENTITY, |(to_world, _)| to_world);
+    if let Some(size) = Envmap::size_of(&to_world) {
+        warnings.push(Warning {
+            at: Some(plugin.source()),
+            message: format!(
+                "to_world scales the environment by {size:.6}, which makes no difference to what is infinitely \
+                 far away; Mitsuba 3 distorts the image"
+            ),
+        });
+    }
     let path = files.resolve(plugin.required_string("filename")?);
     let image = files.read_named(&path).and_then(|bytes| {
         Bitmap::read(&bytes, BitmapEncoding::Color)

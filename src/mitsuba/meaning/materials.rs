@@ -435,8 +435,8 @@ fn differing_indices(plugin: &Plugin, inside: &str) -> Result<(f64, f64), LoadEr
 /// Old files may give `extEta`, the index of the medium around the metal: it divides eta and k, as Mitsuba
 /// 0.6 documents. (Mitsuba 3 rejects it.)
 fn metal(tree: &Tree, plugin: &Plugin) -> Result<(Rgb, Rgb), LoadError> {
-    let eta = spectra::read(tree, plugin, "eta", Role::Index)?;
-    let k = spectra::read(tree, plugin, "k", Role::Index)?;
+    let eta = spectra::read(tree, plugin, "eta", Role::ComplexIndex)?;
+    let k = spectra::read(tree, plugin, "k", Role::ComplexIndex)?;
     let mut index = (
         eta.map_or(Rgb::BLACK, |(eta, _)| eta),
         k.map_or(Rgb::WHITE, |(k, _)| k),

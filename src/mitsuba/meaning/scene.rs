@@ -129,7 +129,8 @@ impl SceneReader<'_, '_> {
             // It shines only if a shape refers to it.
             ObjectKind::Emitter if object.plugin == "area" => Ok(()),
             ObjectKind::Emitter => {
-                let emitter = emitters::read(tree, child, self.files)?;
+                let warnings = &mut self.parts.warnings;
+                let emitter = emitters::read(tree, child, self.files, warnings)?;
                 if emitter.is_environment()
                     && self.parts.emitters.iter().any(Emitter::is_environment)
                 {
@@ -178,8 +179,23 @@ impl SceneReader<'_, '_> {
             // A group is nothing by itself: instances show it.
             "shapegroup" => Ok(()),
             "instance" => self.instance(shape),
+            "merge" => self.merged(shape),
             _ => self.shape(shape, None),
         }
+    }
+
+    /// The shapes that Mitsuba would make one mesh of, to trace it faster. Each stays one of its own.
+    fn merged(&mut self, merge: ObjectIndex) -> Result<(), LoadError> {
+        let plugin = Plugin::new(self.tree, merge);
+        for (member, _) in plugin.children(ObjectKind::Shape) {
+            match self.tree.object(member).plugin.as_str() {
+                "merge" => {
+                    return Err(Plugin::new(self.tree, member).error("cannot be inside a merge"));
+                }
+                _ => self.top_level_shape(member)?,
+            }
+        }
+        plugin.finish()
     }
 
     /// Copies all shapes of a group into world space.
@@ -231,7 +247,7 @@ impl SceneReader<'_, '_> {
             let all = || {
                 forms::MODELLED
                     .into_iter()
-                    .chain(["shapegroup", "instance"])
+                    .chain(["shapegroup", "instance", "merge"])
             };
             let hint = did_you_mean(plugin.name(), all());
             let modelled = all().collect::<Vec<_>>().join(", ");

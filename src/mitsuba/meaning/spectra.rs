@@ -17,6 +17,19 @@ pub enum Role {
     Fraction,
     /// A refractive index or its like: not negative.
     Index,
+    /// The real or imaginary part of a complex refractive index, whose sign makes no difference: spectra of
+    /// measured metals may have channels below 0 in sRGB. Their magnitudes are taken.
+    ComplexIndex,
+}
+
+impl Role {
+    /// The role of the colour of a nested spectrum, which is never light.
+    fn of_color(self) -> Self {
+        match self {
+            Self::ComplexIndex => self,
+            _ => Self::Index,
+        }
+    }
 }
 
 /// The parameter `name` of a plugin in linear sRGB, and its place; `None` if the file has none.
@@ -31,6 +44,7 @@ pub enum Role {
 /// | `<spectrum type="blackbody">` | Planck's law \[W/m²/sr/nm\], integrated as light | not modelled |
 /// | `<spectrum type="uniform">` | (value, value, value) | (value, value, value) |
 /// | `<spectrum type="srgb">` | its color | its color |
+/// | `<texture type="rawconstant">` | not modelled | its value, a float or a vector |
 ///
 /// (Checked against Mitsuba 3.9.1, `scalar_rgb`; that has no `blackbody`, whose spectrum is that of
 /// `scalar_spectral`.)
@@ -72,9 +86,15 @@ pub fn read(
     };
     let out_of_range = match role {
         Role::Emission | Role::Index => (rgb.min_channel() < 0.0).then_some("must not be negative"),
+        Role::ComplexIndex => None,
         Role::Fraction => {
             (rgb.min_channel() < 0.0 || rgb.max_channel() > 1.0).then_some("must lie in 0..=1")
         }
+    };
+    let rgb = if role == Role::ComplexIndex {
+        rgb.map(f64::abs)
+    } else {
+        rgb
     };
     match out_of_range {
         None if rgb.is_finite() => Ok(Some((rgb, at))),
@@ -104,7 +124,7 @@ pub fn read_or(
 fn integrated(samples: &[(f64, f64)], role: Role) -> Rgb {
     match role {
         Role::Emission => cie::to_srgb(samples, Weight::Emission),
-        Role::Index => cie::to_srgb(samples, Weight::UnderD65),
+        Role::Index | Role::ComplexIndex => cie::to_srgb(samples, Weight::UnderD65),
         // Saturated colours may leave sRGB's cube; Mitsuba clamps them, too.
         Role::Fraction => cie::to_srgb(samples, Weight::UnderD65).map(|channel| channel.min(1.0)),
     }
@@ -154,9 +174,20 @@ fn nested(
 ) -> Result<Rgb, LoadError> {
     let plugin = Plugin::new(tree, child);
     let rgb = match (plugin.name(), role) {
+        // A number, or a vector whose coordinates are red, green and blue.
+        ("rawconstant", Role::Fraction | Role::Index | Role::ComplexIndex) => {
+            match plugin.find("value").map(|found| found.value) {
+                Some(Value::Vector(vector)) => Rgb(vector.to_array()),
+                _ => plugin
+                    .float_at("value")?
+                    .map(|(number, _)| Rgb::grey(number))
+                    .ok_or_else(|| plugin.error("needs the parameter \"value\""))?,
+            }
+        }
         ("uniform", _) => Rgb::grey(plugin.float_or("value", 1.0)?),
         ("srgb", _) => {
-            read(tree, &plugin, "color", Role::Index)?
+            // The parameter that it stands for limits it.
+            read(tree, &plugin, "color", role.of_color())?
                 .ok_or_else(|| plugin.error("needs the parameter \"color\""))?
                 .0
         }

@@ -28,7 +28,10 @@ pub struct Textures {
 fn is_texture(tree: &Tree, object: ObjectIndex) -> bool {
     let object = tree.object(object);
     object.kind == ObjectKind::Texture
-        && !matches!(object.plugin.as_str(), "uniform" | "srgb" | "d65")
+        && !matches!(
+            object.plugin.as_str(),
+            "uniform" | "srgb" | "d65" | "rawconstant"
+        )
 }
 
 /// The texture that a parameter refers to, if any.
@@ -130,6 +133,12 @@ impl Textures {
         if let Some(texture) = of_parameter(tree, plugin, name) {
             return self.required(tree, texture, files).map(Scalar::Texture);
         }
+        if matches!(
+            plugin.find(name).map(|found| found.value),
+            Some(Value::Object(_))
+        ) {
+            return channel(tree, plugin, name, Role::Index, default);
+        }
         match plugin.float_at(name)? {
             Some((number, at)) if number < 0.0 => {
                 let message = format!("must not be negative, but is {number}");
@@ -153,13 +162,7 @@ impl Textures {
         if let Some(texture) = of_parameter(tree, plugin, name) {
             return self.required(tree, texture, files).map(Scalar::Texture);
         }
-        match spectra::read(tree, plugin, name, Role::Fraction)? {
-            None => Ok(Scalar::Constant(default)),
-            Some((rgb, _)) if rgb.is_grey() => Ok(Scalar::Constant(rgb.0[0])),
-            Some((_, at)) => {
-                Err(plugin.parameter_error(at, name, "must be the same in all channels"))
-            }
-        }
+        channel(tree, plugin, name, Role::Fraction, default)
     }
 
     /// The texture that gives an emitter's light, if it is one; its image must be there, and not be negative.
@@ -379,6 +382,21 @@ impl Textures {
             .ok_or_else(|| plugin.error("needs a nested texture"))?;
         let nested = self.read(tree, child, files)?;
         Ok(nested.map(|nested| Texture::Scaled { nested, scale }))
+    }
+}
+
+/// A colour that is a single number, or `default` if the file gives none.
+fn channel(
+    tree: &Tree,
+    plugin: &Plugin,
+    name: &str,
+    role: Role,
+    default: f64,
+) -> Result<Scalar, LoadError> {
+    match spectra::read(tree, plugin, name, role)? {
+        None => Ok(Scalar::Constant(default)),
+        Some((rgb, _)) if rgb.is_grey() => Ok(Scalar::Constant(rgb.0[0])),
+        Some((_, at)) => Err(plugin.parameter_error(at, name, "must be the same in all channels")),
     }
 }
 

@@ -8,6 +8,7 @@ mod error;
 mod format;
 mod obj;
 mod ply;
+mod ply_attributes;
 mod ply_header;
 mod serialized;
 

@@ -2,14 +2,15 @@
 //!
 //! The element `vertex` gives positions (`x y z`), normals (`nx ny nz`) and texture coordinates (`u v`, `s t`
 //! or `texture_u texture_v`). The list `vertex_indices` or `vertex_index` of `face` gives polygons, which
-//! become fans. Either may have a colour (`r g b` or `red green blue`). As in Mitsuba, its numbers are taken
-//! as they are, whole ones too. Everything else is skipped.
+//! become fans. Either may have attributes (see `ply_attributes`). As in Mitsuba, their numbers are taken as
+//! they are, whole ones too. Everything else is skipped.
 
 use glam::{DVec2, DVec3};
 
 use super::error::{FilePlace, MeshFileError, check_indices};
+use super::ply_attributes::{self, AttributeColumns};
 use super::ply_header::{self, PlyElement, PlyEncoding, PlyLayout, PlyScalar};
-use crate::geometry::MeshParts;
+use crate::geometry::{AttributeOf, AttributeValues, MeshAttribute, MeshParts};
 use crate::mitsuba::files::line_ends;
 
 /// The vertices and triangles of a PLY file.
@@ -198,39 +199,86 @@ fn is_polygon(property: &ply_header::PlyProperty) -> bool {
         && matches!(property.layout, PlyLayout::List { .. })
 }
 
-/// The slot that each property of a vertex goes to.
-const SLOTS: [(&str, usize); 18] = [
-    ("x", 0),
-    ("y", 1),
-    ("z", 2),
-    ("nx", 3),
-    ("ny", 4),
-    ("nz", 5),
-    ("u", 6),
-    ("v", 7),
-    ("s", 6),
-    ("t", 7),
-    ("texture_u", 6),
-    ("texture_v", 7),
-    ("r", 8),
-    ("g", 9),
-    ("b", 10),
-    ("red", 8),
-    ("green", 9),
-    ("blue", 10),
-];
-/// The slot of all other properties.
-const NOWHERE: usize = 11;
+/// The columns of a row with the names of one of some `choices`; `None` if none is there whole.
+fn columns<const N: usize>(element: &PlyElement, choices: &[[&str; N]]) -> Option<[usize; N]> {
+    choices.iter().find_map(|names| {
+        let found = names.map(|name| element.number(name));
+        found
+            .iter()
+            .all(Option::is_some)
+            .then(|| found.map(Option::unwrap_or_default))
+    })
+}
 
-/// The slot of each property's numbers.
-fn slots(element: &PlyElement) -> Vec<usize> {
-    (element.properties.iter())
-        .map(|property| {
-            let slot = SLOTS.iter().find(|(name, _)| *name == property.name);
-            slot.filter(|_| matches!(property.layout, PlyLayout::Number(_)))
-                .map_or(NOWHERE, |(_, slot)| *slot)
-        })
-        .collect()
+/// The attributes of an element as they are read.
+struct AttributeReader {
+    columns: Vec<(AttributeColumns, MeshAttribute)>,
+}
+
+impl AttributeReader {
+    fn new(element: &PlyElement, of: AttributeOf) -> Self {
+        let begin = |(name, columns): (String, AttributeColumns)| {
+            let values = match columns {
+                AttributeColumns::Number(_) => AttributeValues::Numbers(Vec::new()),
+                AttributeColumns::Color(_) => AttributeValues::Colors(Vec::new()),
+            };
+            (columns, MeshAttribute { name, of, values })
+        };
+        let found = ply_attributes::find(element).into_iter();
+        Self {
+            columns: found.map(begin).collect(),
+        }
+    }
+
+    /// Takes a row's values, until there are `count`.
+    fn take(&mut self, row: &[f64], count: usize) {
+        for (columns, attribute) in &mut self.columns {
+            match (columns, &mut attribute.values) {
+                (AttributeColumns::Number(at), AttributeValues::Numbers(values)) => {
+                    values.resize(count, row[*at]);
+                }
+                (AttributeColumns::Color(at), AttributeValues::Colors(values)) => {
+                    values.resize(count, at.map(|at| row[at]));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn attributes(self) -> impl Iterator<Item = MeshAttribute> {
+        self.columns.into_iter().map(|(_, attribute)| attribute)
+    }
+}
+
+/// Reads a row's numbers; `polygon` reads the list of a face's corners, which all other lists are skipped
+/// beside.
+fn read_row<N: Numbers>(
+    element: &PlyElement,
+    numbers: &mut N,
+    row: &mut [f64],
+    mut polygon: impl FnMut(&mut N, PlyScalar, PlyScalar) -> Result<(), MeshFileError>,
+) -> Result<(), MeshFileError> {
+    for (property, value) in element.properties.iter().zip(row) {
+        match property.layout {
+            PlyLayout::Number(scalar) => *value = numbers.next(scalar)?,
+            PlyLayout::List { length, item } if is_polygon(property) => {
+                polygon(numbers, length, item)?;
+            }
+            PlyLayout::List { length, item } => skip_list(numbers, length, item)?,
+        }
+    }
+    Ok(())
+}
+
+fn skip_list(
+    numbers: &mut impl Numbers,
+    length: PlyScalar,
+    item: PlyScalar,
+) -> Result<(), MeshFileError> {
+    for _ in 0..list_length(numbers, length)? {
+        numbers.next(item)?;
+    }
+    Ok(())
 }
 
 fn read_vertices(
@@ -238,53 +286,46 @@ fn read_vertices(
     numbers: &mut impl Numbers,
     parts: &mut MeshParts,
 ) -> Result<(), MeshFileError> {
-    let slots = slots(element);
-    let has = |range: std::ops::Range<usize>| range.into_iter().all(|slot| slots.contains(&slot));
-    if !has(0..3) {
+    let Some(position) = columns(element, &[["x", "y", "z"]]) else {
         return Err(MeshFileError::new(
             FilePlace::File,
             "element \"vertex\" needs the properties x, y and z",
         ));
-    }
-    let mut normals = has(3..6).then(|| Vec::with_capacity(element.count));
-    let mut uvs = has(6..8).then(|| Vec::with_capacity(element.count));
-    let mut colors = has(8..11).then(|| Vec::with_capacity(element.count));
+    };
+    let normal = columns(element, &[["nx", "ny", "nz"]]);
+    let uv = columns(
+        element,
+        &[["u", "v"], ["s", "t"], ["texture_u", "texture_v"]],
+    );
+    let mut normals = normal.map(|_| Vec::with_capacity(element.count));
+    let mut uvs = uv.map(|_| Vec::with_capacity(element.count));
+    let mut attributes = AttributeReader::new(element, AttributeOf::Vertices);
     parts.positions.reserve(element.count);
-    for _ in 0..element.count {
+    let mut row = vec![0.0; element.properties.len()];
+    for vertex in 0..element.count {
         let place = numbers.place();
-        let mut values = [0.0; NOWHERE + 1];
-        for (property, slot) in element.properties.iter().zip(&slots) {
-            match property.layout {
-                PlyLayout::Number(scalar) => values[*slot] = numbers.next(scalar)?,
-                PlyLayout::List { length, item } => {
-                    for _ in 0..list_length(numbers, length)? {
-                        numbers.next(item)?;
-                    }
-                }
-            }
+        read_row(element, numbers, &mut row, skip_list)?;
+        let vector = |at: [usize; 3]| DVec3::from_array(at.map(|at| row[at]));
+        let mut is_finite = vector(position).is_finite();
+        parts.positions.push(vector(position));
+        if let (Some(normals), Some(at)) = (&mut normals, normal) {
+            is_finite &= vector(at).is_finite();
+            normals.push(vector(at));
         }
-        let [x, y, z, nx, ny, nz, u, v, red, green, blue, _] = values;
-        if !values[..NOWHERE].iter().all(|value| value.is_finite()) {
-            let message = format!(
-                "vertex {} has a number that is not finite",
-                parts.positions.len()
-            );
+        if let (Some(uvs), Some(at)) = (&mut uvs, uv) {
+            let uv = DVec2::from_array(at.map(|at| row[at]));
+            is_finite &= uv.is_finite();
+            uvs.push(uv);
+        }
+        if !is_finite {
+            let message = format!("vertex {vertex} has a number that is not finite");
             return Err(MeshFileError::new(place, message));
         }
-        parts.positions.push(DVec3::new(x, y, z));
-        if let Some(normals) = &mut normals {
-            normals.push(DVec3::new(nx, ny, nz));
-        }
-        if let Some(uvs) = &mut uvs {
-            uvs.push(DVec2::new(u, v));
-        }
-        if let Some(colors) = &mut colors {
-            colors.push([red, green, blue]);
-        }
+        attributes.take(&row, vertex + 1);
     }
     parts.normals = normals;
     parts.uvs = uvs;
-    parts.vertex_colors = colors;
+    parts.attributes.extend(attributes.attributes());
     Ok(())
 }
 
@@ -299,31 +340,17 @@ fn read_faces(
             "element \"face\" needs the list vertex_indices",
         ));
     }
-    let slots = slots(element);
-    let has_color = (8..11).all(|slot| slots.contains(&slot));
-    let mut colors = Vec::new();
+    let mut attributes = AttributeReader::new(element, AttributeOf::Faces);
     parts.triangles.reserve(element.count);
+    let mut row = vec![0.0; element.properties.len()];
     for _ in 0..element.count {
-        let mut values = [0.0; NOWHERE + 1];
-        for (property, slot) in element.properties.iter().zip(&slots) {
-            match property.layout {
-                PlyLayout::Number(scalar) => values[*slot] = numbers.next(scalar)?,
-                PlyLayout::List { length, item } if is_polygon(property) => {
-                    read_polygon(numbers, length, item, &mut parts.triangles)?;
-                }
-                PlyLayout::List { length, item } => {
-                    for _ in 0..list_length(numbers, length)? {
-                        numbers.next(item)?;
-                    }
-                }
-            }
-        }
-        if has_color {
-            // All triangles of a polygon have its colour.
-            colors.resize(parts.triangles.len(), [values[8], values[9], values[10]]);
-        }
+        read_row(element, numbers, &mut row, |numbers, length, item| {
+            read_polygon(numbers, length, item, &mut parts.triangles)
+        })?;
+        // All triangles of a polygon have its values.
+        attributes.take(&row, parts.triangles.len());
     }
-    parts.face_colors = has_color.then_some(colors);
+    parts.attributes.extend(attributes.attributes());
     Ok(())
 }
 
@@ -385,11 +412,7 @@ fn skip(element: &PlyElement, numbers: &mut impl Numbers) -> Result<(), MeshFile
                 PlyLayout::Number(scalar) => {
                     numbers.next(scalar)?;
                 }
-                PlyLayout::List { length, item } => {
-                    for _ in 0..list_length(numbers, length)? {
-                        numbers.next(item)?;
-                    }
-                }
+                PlyLayout::List { length, item } => skip_list(numbers, length, item)?,
             }
         }
     }

@@ -66,12 +66,27 @@ pub struct PlyProperty {
     pub layout: PlyLayout,
 }
 
+impl PlyProperty {
+    /// True if it is no list.
+    pub fn is_number(&self) -> bool {
+        matches!(self.layout, PlyLayout::Number(_))
+    }
+}
+
 /// A table of the body.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlyElement {
     pub name: String,
     pub count: usize,
     pub properties: Vec<PlyProperty>,
+}
+
+impl PlyElement {
+    /// The column of the first number of this name.
+    pub fn number(&self, name: &str) -> Option<usize> {
+        let is_it = |one: &PlyProperty| one.name == name && one.is_number();
+        self.properties.iter().position(is_it)
+    }
 }
 
 /// The contents of a header.
