@@ -42,6 +42,11 @@ impl Files {
         self.held.insert(path, contents.into());
     }
 
+    /// True of a plain file, in memory or on the disk.
+    pub fn is_file(&self, path: &Path) -> bool {
+        self.held.contains_key(path) || path.is_file()
+    }
+
     /// Makes `folder` the first to be searched.
     pub fn search_first(&mut self, folder: PathBuf) {
         self.folders.push(folder);
