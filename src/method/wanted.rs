@@ -54,8 +54,8 @@ impl Wanted<'_> {
             choose_sensor(scene, self.sensor)?
         };
         let mut sensor = sensor.clone();
-        if let Some(filter) = &self.filter {
-            sensor.film.filter = filter.clone();
+        if let Some(filter) = self.filter {
+            sensor.film.filter = filter;
         }
         let (method, notice) = if is_seen {
             self.choose_view(scene, &sensor)?
