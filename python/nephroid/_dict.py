@@ -95,7 +95,7 @@ class _Writer:
         elif is_of_mitsuba(value, "Object"):
             message = "this is an object that Mitsuba has loaded, which does not tell what it was made from; pass its dict"
             raise self.fail(path, message)
-        elif hasattr(value, "matrix"):
+        elif "Transform" in type(value).__name__ and hasattr(value, "matrix"):  # Arrays of drjit have it, too.
             self.transform(path, name, value.matrix)
         else:
             self.array(path, name, value)
