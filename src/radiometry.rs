@@ -17,6 +17,8 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(transparent)]
+// Three numbers in memory, nothing else: maps are handed to Python as they are.
+#[repr(transparent)]
 pub struct Rgb(pub [f64; 3]);
 
 impl Rgb {

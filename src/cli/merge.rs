@@ -8,8 +8,8 @@ use super::output;
 use super::render::{finish, read_shard};
 use super::run::Run;
 use super::scene::load;
-use super::sensor::choose_sensor;
 use crate::method::Method;
+use crate::method::sensors::choose_sensor;
 use crate::run::Context;
 
 /// Runs the command.

@@ -11,8 +11,8 @@ use super::args::ProbeArgs;
 use super::outcome::Outcome;
 use super::progress;
 use super::scene::load;
-use super::sensor::choose_sensor;
 use crate::geometry::{Shape, TraversalCounters};
+use crate::method::sensors::choose_sensor;
 use crate::radiometry::Rgb;
 use crate::reference::probe::{
     MAX_LEVEL, ProbeSettings, Probed, SearchEnd, SpecularPath, Vertex, probe_until,

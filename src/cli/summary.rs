@@ -5,10 +5,10 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::ledger::LedgerSummary;
 use super::run::Run;
 use crate::geometry::TraversalCounters;
 use crate::run::Quantity;
+use crate::run::account::LedgerSummary;
 use crate::run::format::{number, relative};
 
 /// The result in numbers. Serialised, it is what `--json` prints.

@@ -7,8 +7,9 @@ use super::outcome::Outcome;
 use super::progress;
 use super::render::set_threads;
 use super::scene::load;
-use super::sensor::{choose_camera, choose_sensor};
 use crate::method::Method;
+use crate::method::sensors::{choose_camera, choose_sensor};
+use crate::run::Refusal;
 use crate::run::format::megabytes;
 use crate::run::{Context, Cost};
 use crate::scene::{Scene, Sensor};
@@ -80,7 +81,7 @@ fn method(args: &TablesArgs) -> anyhow::Result<Method> {
     Ok(Method::new(name, &settings)?.with_all_tables()?)
 }
 
-fn sensor<'a>(scene: &'a Scene, id: Option<&str>) -> anyhow::Result<&'a Sensor> {
+fn sensor<'a>(scene: &'a Scene, id: Option<&str>) -> Result<&'a Sensor, Refusal> {
     let meter = choose_sensor(scene, id);
     if id.is_some() {
         return meter;

@@ -9,6 +9,8 @@
 //! | [`mod@choose`] | the method that a scene allows best |
 //! | [`table`] | all methods with their settings, for help and flags |
 //! | `references/` | beams, photons, ...: one file each, of `reference.rs`' interface |
+//! | [`wanted`] | the sensor and the method that suit what is asked for |
+//! | [`sensors`] | the sensor of an id, or the first |
 //! | `sequence.rs` | frames of an animation, one after the other |
 //! | `tables.rs` | tables of a technique that outlive a frame, all of them |
 //! | `technique.rs` | any technique of [`approximation`](crate::approximation) |
@@ -25,12 +27,14 @@ mod memory;
 mod reference;
 mod references;
 mod rows;
+pub mod sensors;
 mod sequence;
 pub mod shards;
 pub mod table;
 #[cfg(feature = "cli")]
 pub mod tables;
 mod technique;
+pub mod wanted;
 mod warnings;
 
 use std::collections::BTreeMap;
@@ -339,7 +343,6 @@ impl Method {
     }
 
     /// The key of the limit on work, in the method's own unit.
-    #[cfg(feature = "cli")]
     pub(crate) fn work_key(&self) -> Option<&'static str> {
         self.entry.work_key()
     }

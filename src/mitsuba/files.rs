@@ -8,6 +8,8 @@ use std::sync::Arc;
 pub struct Files {
     /// Searched from the last to the first.
     folders: Vec<PathBuf>,
+    /// Files that are in memory rather than on the disk.
+    held: HashMap<PathBuf, Arc<[u8]>>,
     read: HashMap<PathBuf, Arc<[u8]>>,
     hasher: blake3::Hasher,
 }
@@ -17,6 +19,7 @@ impl Files {
     pub fn new(parameters: &[(String, String)]) -> Self {
         let mut files = Self {
             folders: Vec::new(),
+            held: HashMap::new(),
             read: HashMap::new(),
             hasher: blake3::Hasher::new(),
         };
@@ -32,6 +35,16 @@ impl Files {
     fn hash_block(&mut self, bytes: &[u8]) {
         self.hasher.update(&(bytes.len() as u64).to_le_bytes());
         self.hasher.update(bytes);
+    }
+
+    /// Gives a path contents that win over what the disk has there. They are hashed like any file's.
+    pub fn hold(&mut self, path: PathBuf, contents: &[u8]) {
+        self.held.insert(path, contents.into());
+    }
+
+    /// True of a plain file, in memory or on the disk.
+    pub fn is_file(&self, path: &Path) -> bool {
+        self.held.contains_key(path) || path.is_file()
     }
 
     /// Makes `folder` the first to be searched.
@@ -59,7 +72,9 @@ impl Files {
             .folders
             .last()
             .map_or_else(|| name.to_owned(), |folder| folder.join(name));
-        candidates.find(|path| path.exists()).unwrap_or(nearest)
+        candidates
+            .find(|path| self.held.contains_key(path) || path.exists())
+            .unwrap_or(nearest)
     }
 
     /// The contents of the file at `path`; read and hashed at the first call.
@@ -73,6 +88,11 @@ impl Files {
     pub fn read(&mut self, path: &Path) -> Result<Arc<[u8]>, String> {
         if let Some(bytes) = self.read.get(path) {
             return Ok(Arc::clone(bytes));
+        }
+        if let Some(bytes) = self.held.get(path).map(Arc::clone) {
+            self.hash_block(&bytes);
+            self.read.insert(path.to_owned(), Arc::clone(&bytes));
+            return Ok(bytes);
         }
         let is_special = std::fs::metadata(path).is_ok_and(|it| !it.is_file() && !it.is_dir());
         if is_special && !self.read.is_empty() {

@@ -22,7 +22,7 @@ mod meaning;
 mod mesh_files;
 mod syntax;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use error::LoadError;
 use files::Files;
@@ -50,7 +50,7 @@ pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene, LoadE
 ///
 /// If a file is missing or malformed, or asks for a feature that is not modelled.
 pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneParts, LoadError> {
-    parts(path, parameters, Unknown::Refused)
+    parts(path, parameters, Unknown::Refused, &[])
 }
 
 /// As [`load`], but parameters that a plugin does not know become [warnings](Scene::warnings), as files for
@@ -60,7 +60,28 @@ pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneP
 ///
 /// As [`load`].
 pub fn load_leniently(path: &Path, parameters: &[(String, String)]) -> Result<Scene, LoadError> {
-    Ok(Scene::new(parts(path, parameters, Unknown::LeftOut)?)?)
+    Ok(Scene::new(parts(path, parameters, Unknown::LeftOut, &[])?)?)
+}
+
+/// As [`load`], or as [`load_leniently`], with files in memory: contents by path, which win over the disk.
+///
+/// The scene has the content hash of the same files on the disk.
+///
+/// # Errors
+///
+/// As [`load`].
+pub fn load_held(
+    path: &Path,
+    parameters: &[(String, String)],
+    held: &[(PathBuf, Vec<u8>)],
+    is_lenient: bool,
+) -> Result<Scene, LoadError> {
+    let unknown = if is_lenient {
+        Unknown::LeftOut
+    } else {
+        Unknown::Refused
+    };
+    Ok(Scene::new(parts(path, parameters, unknown, held)?)?)
 }
 
 /// What becomes of parameters that a plugin does not know.
@@ -74,8 +95,12 @@ fn parts(
     path: &Path,
     parameters: &[(String, String)],
     unknown: Unknown,
+    held: &[(PathBuf, Vec<u8>)],
 ) -> Result<SceneParts, LoadError> {
     let mut files = Files::new(parameters);
+    for (path, contents) in held {
+        files.hold(path.clone(), contents);
+    }
     let Meaning { forms, mut parts } = read(path, parameters, unknown, &mut files)?;
     parts.shapes = Meaning::build_shapes(forms, &parts.objects)?;
     path.clone_into(&mut parts.path);

@@ -2,6 +2,7 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | [`account`] | the ledger of flux, for people and for programs |
 //! | [`budget`] | the limits: error, time, work |
 //! | [`context`] | progress, stop, threads, cache folder, memory limit |
 //! | [`progress`] | how far a run is |
@@ -13,6 +14,7 @@
 //! | [`flux`] | a technique's flux, stage by stage |
 //! | [`cost`] | bytes and counted work, before anything is traced |
 
+pub mod account;
 pub mod budget;
 mod channels;
 pub mod combine;

@@ -80,9 +80,14 @@ impl FilterArg {
     /// The sensor with the filter that is asked for.
     pub fn filtered(&self, sensor: &Sensor) -> Sensor {
         let mut sensor = sensor.clone();
-        if self.filter.is_some() {
-            sensor.film.filter = ReconstructionFilter::Box;
+        if let Some(filter) = self.wanted() {
+            sensor.film.filter = filter;
         }
         sensor
+    }
+
+    /// The filter that is asked for; `None` if the scene's stays.
+    pub fn wanted(&self) -> Option<ReconstructionFilter> {
+        self.filter.is_some().then_some(ReconstructionFilter::Box)
     }
 }

@@ -333,7 +333,7 @@ impl Textures {
         let to_uv = to_uv(plugin)?;
         let name = plugin.required_string("filename")?;
         let path = files.resolve(name);
-        if !path.is_file() {
+        if !files.is_file(&path) {
             self.warnings.push(Warning {
                 at: Some(plugin.source()),
                 message: format!(

@@ -4,9 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::format::number;
+use super::{Estimate, LayerName, Quantity};
 use crate::radiometry::Rgb;
-use crate::run::format::number;
-use crate::run::{Estimate, LayerName, Quantity};
 use crate::transport::ledger::FluxByFate;
 
 /// The ledger in numbers \[W\].

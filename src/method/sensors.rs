@@ -1,5 +1,6 @@
-//! The sensor of a scene that a command is about.
+//! The sensor of a scene that a run is about.
 
+use crate::run::Refusal;
 use crate::scene::{Scene, Sensor};
 
 /// The sensor with this id, or the first irradiance meter.
@@ -7,7 +8,7 @@ use crate::scene::{Scene, Sensor};
 /// # Errors
 ///
 /// If there is none; the message lists those there are.
-pub fn choose_sensor<'a>(scene: &'a Scene, id: Option<&str>) -> anyhow::Result<&'a Sensor> {
+pub fn choose_sensor<'a>(scene: &'a Scene, id: Option<&str>) -> Result<&'a Sensor, Refusal> {
     choose(scene, id, false)
 }
 
@@ -16,11 +17,11 @@ pub fn choose_sensor<'a>(scene: &'a Scene, id: Option<&str>) -> anyhow::Result<&
 /// # Errors
 ///
 /// As [`choose_sensor`].
-pub fn choose_camera<'a>(scene: &'a Scene, id: Option<&str>) -> anyhow::Result<&'a Sensor> {
+pub fn choose_camera<'a>(scene: &'a Scene, id: Option<&str>) -> Result<&'a Sensor, Refusal> {
     choose(scene, id, true)
 }
 
-fn choose<'a>(scene: &'a Scene, id: Option<&str>, camera: bool) -> anyhow::Result<&'a Sensor> {
+fn choose<'a>(scene: &'a Scene, id: Option<&str>, camera: bool) -> Result<&'a Sensor, Refusal> {
     let mut sensors = scene.sensors().iter();
     let found = match id {
         Some(id) => sensors.find(|sensor| sensor.id == id),
@@ -42,9 +43,9 @@ fn choose<'a>(scene: &'a Scene, id: Option<&str>, camera: bool) -> anyhow::Resul
         } else {
             there.join(", ")
         };
-        anyhow::anyhow!(
+        Refusal::new(format!(
             "{}: {wanted}; the scene's sensors are: {there}",
             scene.path().display()
-        )
+        ))
     })
 }

@@ -1,0 +1,56 @@
+//! Errors of the library become the module's exceptions, which are written in Python (`nephroid/_errors.py`).
+
+use nephroid::internals::method::shards::MergeError;
+use nephroid::{Error, LoadError};
+use pyo3::call::PyCallArgs;
+use pyo3::prelude::*;
+
+/// An exception of the module, by the name of its class.
+fn raised<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>) -> PyErr {
+    let made = py
+        .import("nephroid._errors")
+        .and_then(|module| module.getattr(class)?.call1(arguments));
+    match made {
+        Ok(exception) => PyErr::from_value(exception),
+        Err(error) => error,
+    }
+}
+
+/// An error without a kind of its own.
+pub fn plain(py: Python<'_>, message: impl ToString) -> PyErr {
+    raised(py, "Error", (message.to_string(),))
+}
+
+/// A name that does not exist, or a value that cannot be.
+pub fn setting(py: Python<'_>, message: impl ToString) -> PyErr {
+    raised(py, "SettingError", (message.to_string(),))
+}
+
+/// An error that ended a run.
+pub fn run(py: Python<'_>, error: &Error) -> PyErr {
+    match error {
+        Error::Setting(error) => setting(py, error),
+        Error::Refused(refusal) => raised(py, "RefusedError", (refusal.to_string(),)),
+        other => plain(py, other),
+    }
+}
+
+/// An error that ended a merge.
+pub fn merge(py: Python<'_>, error: &MergeError) -> PyErr {
+    match error {
+        MergeError::Run(error) => run(py, error),
+        MergeError::Shard(error) => plain(py, error),
+    }
+}
+
+/// A file that does not become a scene: all of its problems, the first in the attributes.
+pub fn load(py: Python<'_>, error: &LoadError) -> PyErr {
+    let all: Vec<_> = error
+        .all()
+        .map(|one| {
+            let file = one.at.file.display().to_string();
+            (one.message.clone(), file, one.at.line, one.at.column)
+        })
+        .collect();
+    raised(py, "LoadError", (all,))
+}

@@ -1,0 +1,128 @@
+//! A scene, and how it was read.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use nephroid::internals::mitsuba;
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::PyBytes;
+
+use crate::errors;
+use crate::work::work;
+
+/// What a scene was read from; enough to read it again in another process.
+struct Source {
+    path: PathBuf,
+    parameters: Vec<(String, String)>,
+    held: Vec<(PathBuf, Vec<u8>)>,
+    is_lenient: bool,
+}
+
+/// A scene that is ready to be measured. Made by `load_file`, `load_string` or `load_dict`.
+#[pyclass(frozen, module = "nephroid")]
+pub struct Scene {
+    pub inner: Arc<nephroid::Scene>,
+    source: Source,
+}
+
+/// What pickle asks for: a function, and its arguments.
+type Reduced<'py> = (
+    Bound<'py, PyAny>,
+    (
+        PathBuf,
+        Vec<(String, String)>,
+        Vec<(PathBuf, Bound<'py, PyBytes>)>,
+        bool,
+    ),
+);
+
+#[pymethods]
+impl Scene {
+    /// The file that it was read from.
+    #[getter]
+    fn path(&self) -> String {
+        self.inner.path().display().to_string()
+    }
+
+    /// A hash of all contents and parameters.
+    #[getter]
+    fn content_hash(&self) -> &str {
+        self.inner.content_hash()
+    }
+
+    /// Ids of all sensors.
+    #[getter]
+    fn sensors(&self) -> Vec<String> {
+        let sensors = self.inner.sensors().iter();
+        sensors.map(|sensor| sensor.id.clone()).collect()
+    }
+
+    /// Oddities of the scene.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        let warnings = self.inner.warnings().iter();
+        warnings.map(ToString::to_string).collect()
+    }
+
+    /// Rows and columns of a sensor's film.
+    fn size(&self, py: Python<'_>, sensor: &str) -> PyResult<(usize, usize)> {
+        let mut sensors = self.inner.sensors().iter();
+        let found = sensors.find(|one| one.id == sensor);
+        let [width, height] = found
+            .ok_or_else(|| {
+                let there = self.sensors().join(", ");
+                let message = format!("no sensor is called \"{sensor}\"; there are {there}");
+                errors::setting(py, message)
+            })?
+            .size();
+        Ok((height, width))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<nephroid.Scene {}>", self.path())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let source = &self.source;
+        let held = source.held.iter();
+        let held = held.map(|(path, bytes)| (path.clone(), PyBytes::new(py, bytes)));
+        let arguments = (
+            source.path.clone(),
+            source.parameters.clone(),
+            held.collect(),
+            source.is_lenient,
+        );
+        Ok((py.import("nephroid._nephroid")?.getattr("load")?, arguments))
+    }
+}
+
+/// Reads a scene: `held` are files in memory, which win over the disk.
+#[pyfunction]
+pub fn load(
+    py: Python<'_>,
+    path: PathBuf,
+    parameters: Vec<(String, String)>,
+    held: Vec<(PathBuf, PyBackedBytes)>,
+    lenient: bool,
+) -> PyResult<Scene> {
+    let held: Vec<(PathBuf, Vec<u8>)> = held
+        .into_iter()
+        .map(|(path, bytes)| (path, bytes.to_vec()))
+        .collect();
+    let read = work(py, None, &Arc::default(), None, move || {
+        let read = mitsuba::load_held(&path, &parameters, &held, lenient);
+        let source = Source {
+            path,
+            parameters,
+            held,
+            is_lenient: lenient,
+        };
+        read.map(|scene| (scene, source))
+    })?;
+    let (scene, source) = read.map_err(|error| errors::load(py, &error))?;
+    Ok(Scene {
+        inner: Arc::new(scene),
+        source,
+    })
+}

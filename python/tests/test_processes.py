@@ -1,0 +1,127 @@
+"""Signals, threads, processes and callbacks."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import nephroid as ne
+from conftest import SCENES
+
+GLASS = SCENES / "glass-ball.xml"
+#: More photons than any test waits for.
+ENDLESS = 1 << 36
+
+
+@pytest.mark.parametrize(
+    ("method", "settings"),
+    [("photons", {"photons": ENDLESS}), ("beams", {"error": 1e-6}), ("photon-map", {"photons": ENDLESS})],
+)
+def test_ctrl_c_is_a_keyboard_interrupt_within_a_second(method, settings):
+    name = "cornell-glass.xml" if method == "photon-map" else "glass-ball.xml"
+    scene = ne.load_file(SCENES / name, size=64)
+    before = signal.getsignal(signal.SIGINT)
+    sent = []
+
+    def interrupt():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(1.0, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        ne.render(scene, method=method, **settings)
+    assert time.monotonic() - sent[0] < 1.0
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_other_threads_go_on_meanwhile():
+    scene = ne.load_file(GLASS, size=16)
+    counted, stop = [0], threading.Event()
+
+    def count():
+        while not stop.is_set():
+            counted[0] += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    ne.render(scene, method="photons", time=1.0, threads=1)
+    stop.set()
+    thread.join()
+    # A second has a thousand milliseconds; a busy machine may take most of them.
+    assert counted[0] > 100
+
+
+def _mean(scene):
+    return float(ne.render(scene, photons=16384).value.mean())
+
+
+@pytest.mark.parametrize("way", ["fork", "spawn"])
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_processes_render_after_a_run_of_their_parent(way):
+    if way not in multiprocessing.get_all_start_methods():
+        pytest.skip(f"this system has no {way}")
+    scene = ne.load_file(GLASS, size=16)
+    mean = _mean(scene)
+    with multiprocessing.get_context(way).Pool(2) as pool:
+        assert pool.map_async(_mean, [scene] * 3).get(timeout=60) == [mean] * 3
+
+
+def test_a_callback_hears_of_the_run_and_stops_it():
+    heard = []
+
+    def callback(progress):
+        heard.append(progress)
+        return len(heard) < 3
+
+    film = ne.render(ne.load_file(GLASS, size=16), photons=ENDLESS, progress=callback)
+    assert not film.complete
+    assert heard[-2].unit == "photons" and heard[-2].done > 0 and heard[-2].expected == ENDLESS
+
+
+def test_an_exception_of_a_callback_arrives_as_it_is():
+    class Mine(Exception):
+        pass
+
+    def callback(progress):
+        raise Mine(progress.unit)
+
+    start = time.monotonic()
+    with pytest.raises(Mine):
+        ne.render(ne.load_file(GLASS, size=16), photons=ENDLESS, progress=callback)
+    assert time.monotonic() - start < 2
+
+
+def test_a_bar_of_tqdm_is_told():
+    class Bar:
+        total = n = refreshed = 0
+
+        def refresh(self):
+            self.refreshed += 1
+
+    bar = Bar()
+    ne.render(ne.load_file(GLASS, size=16), photons=65536, progress=ne.tell(bar))
+    assert bar.n == bar.total == 65536 and bar.refreshed >= 1
+
+
+def test_two_threads_render_at_once():
+    scene = ne.load_file(GLASS, size=16)
+    films = [None, None]
+
+    def work(i):
+        films[i] = ne.render(scene, photons=65536, seed=i, threads=2)
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert np.array_equal(films[0].value, ne.render(scene, photons=65536, seed=0).value)
+    assert not np.array_equal(films[0].value, films[1].value)
