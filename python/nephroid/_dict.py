@@ -22,16 +22,16 @@ from ._text import is_of_mitsuba
 
 #: The tag of each plugin.
 TAGS = {
-    "shape": "sphere rectangle disk cube cylinder obj ply serialized mesh shapegroup instance",
+    "shape": "sphere rectangle disk cube cylinder obj ply serialized mesh shapegroup instance merge",
     "bsdf": "diffuse dielectric thindielectric roughdielectric conductor roughconductor plastic roughplastic twosided "
     "mask bumpmap normalmap blendbsdf null principled principledthin pplastic measured hair",
-    "emitter": "area point spot directional directionalarea constant envmap sunsky projector",
+    "emitter": "area point spot directional directionalarea constant envmap sun sky sunsky projector",
     "sensor": "perspective thinlens orthographic irradiancemeter radiancemeter distant batch",
     "film": "hdrfilm specfilm ldrfilm",
     "sampler": "independent stratified multijitter orthogonal ldsampler",
     "integrator": "path direct aov depth ptracer volpath volpathmis prb prb_basic prbvolpath stokes moment",
     "rfilter": "box tent gaussian mitchell catmullrom lanczos",
-    "texture": "bitmap checkerboard mesh_attribute volume",
+    "texture": "bitmap checkerboard mesh_attribute rawconstant volume",
     "spectrum": "srgb uniform d65 blackbody regular irregular",
     "medium": "homogeneous heterogeneous",
     "phase": "isotropic hg",

@@ -100,7 +100,7 @@ impl Envmap {
         if off
             .to_cols_array()
             .iter()
-            .any(|x| !(x.abs() <= ROTATION_TOLERANCE))
+            .any(|x| x.is_nan() || x.abs() > ROTATION_TOLERANCE)
         {
             return Err(EnvmapError::Stretched);
         }

@@ -4,7 +4,7 @@ use super::{
     Coat, Color, Material, NormalTurn, Roughness, Scalar, SceneError, SceneParts, Texture,
     TextureId,
 };
-use crate::geometry::Shape;
+use crate::geometry::{Mesh, Shape};
 use crate::radiometry::Rgb;
 
 /// The first material that is wrong, by index, and its problem.
@@ -65,7 +65,7 @@ pub(super) fn attributes(parts: &SceneParts) -> Result<(), SceneError> {
                 };
                 let problem = match mesh.and_then(|mesh| mesh.attribute_range(name)) {
                     None => {
-                        let there = mesh.into_iter().flat_map(|mesh| mesh.attribute_names());
+                        let there = mesh.into_iter().flat_map(Mesh::attribute_names);
                         let there: Vec<&str> = there.collect();
                         let there = if there.is_empty() {
                             "it has no attributes; a PLY file gives them, e.g. a vertex_color as r, g and b, \

@@ -185,9 +185,10 @@ fn parts_that_make_no_mesh_are_refused_by_name() {
     assert_eq!(
         with(&|parts| parts.normals = Some(vec![DVec3::Z])),
         MeshError::AttributeCount {
-            attribute: "normals",
+            attribute: "normals".to_owned(),
             found: 1,
-            vertices: 12
+            of: "vertices",
+            needed: 12
         }
     );
     assert!(matches!(
