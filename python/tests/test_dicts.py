@@ -125,7 +125,7 @@ def smaller(scene, size):
     return scene
 
 
-@pytest.mark.parametrize(("path", "scene"), convertible())
+@pytest.mark.parametrize(("path", "scene"), list(convertible()))
 def test_a_dict_is_the_film_of_its_file(path, scene, tmp_path):
     assert path.exists()
     of_file, of_dict = ne.load_file(path), ne.load_dict(scene)
