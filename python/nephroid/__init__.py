@@ -92,7 +92,7 @@ def render(
     error: float | str | None = None,
     time: float | str | timedelta | None = None,
     photons: int | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     threads: int | None = None,
     progress: Callback | None = None,
     *,
@@ -112,7 +112,7 @@ def render(
 
     Raises :class:`SettingError` and :class:`RefusedError`.
     """
-    limits = {"error": error, "time": time, "photons": photons, "seed": seed or None}
+    limits = {"error": error, "time": time, "photons": photons, "seed": seed}
     wish = _wish(sensor, method, {**limits, **settings}, threads, filter, cache, memory)
     return _nephroid.render(checked_scene(scene), wish, progress)
 
@@ -123,7 +123,7 @@ def shard(
     count: int,
     sensor: str | None = None,
     photons: int | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     threads: int | None = None,
     progress: Callback | None = None,
     *,
@@ -131,7 +131,7 @@ def shard(
     **settings: object,
 ) -> bytes | None:
     """Traces part ``index`` (from 1 on) of ``count`` of a run of photons. None if ``progress`` stopped it."""
-    given = {"photons": photons, "seed": seed or None, **settings}
+    given = {"photons": photons, "seed": seed, **settings}
     wish = _wish(sensor, None, given, threads, filter, None, None)
     return _nephroid.shard(checked_scene(scene), index, count, wish, progress)
 
@@ -141,14 +141,14 @@ def merge(
     parts: Iterable[bytes],
     sensor: str | None = None,
     photons: int | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     threads: int | None = None,
     *,
     filter: str | None = None,
     **settings: object,
 ) -> Film:
     """Puts all parts of a run together: the bits of the run in one piece. It needs the same settings."""
-    given = {"photons": photons, "seed": seed or None, **settings}
+    given = {"photons": photons, "seed": seed, **settings}
     wish = _wish(sensor, None, given, threads, filter, None, None)
     return _nephroid.merge(checked_scene(scene), list(parts), wish)
 

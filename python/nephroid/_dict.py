@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import difflib
 import os
+import sys
 from collections.abc import Mapping
 from typing import Any
-from xml.sax.saxutils import quoteattr
+from xml.sax import saxutils
 
 import numpy as np
 
@@ -42,6 +43,11 @@ TAG = {plugin: tag for tag, plugins in TAGS.items() for plugin in plugins.split(
 NAMED = ("texture", "spectrum")
 
 
+def quoteattr(text: str) -> str:
+    """An attribute's value in quotes. A dict has no parameters, so that a $ is one."""
+    return saxutils.quoteattr(text.replace("$", "\\$"))
+
+
 class _Writer:
     def __init__(self, root: Mapping[str, Any]) -> None:
         self.root = root
@@ -70,9 +76,21 @@ class _Writer:
             raise self.fail("", f'type is {self.root.get("type")!r}; allowed is "scene"')
         self.line("", '<scene version="3.0.0">')
         for key, value in self.root.items():
-            if key != "type":
-                self.value(key, key, value)
+            # A colour is written where it is used.
+            is_color = isinstance(value, Mapping) and value.get("type") in ("rgb", "spectrum")
+            if key != "type" and not is_color:
+                self.checked(key, key, value)
         self.line("", "</scene>")
+
+    def checked(self, path: str, name: object, value: Any) -> None:
+        if not isinstance(name, str):
+            raise self.fail(path, f"the key {name!r}; allowed are texts")
+        try:
+            self.value(path, name, value)
+        except (TypeError, ValueError) as error:
+            raise self.fail(path, str(error)) from None
+        except RecursionError:
+            raise self.fail(name, "a dict in this one holds itself, or nests too deeply") from None
 
     def value(self, path: str, name: str, value: Any) -> None:
         if isinstance(value, Mapping):
@@ -143,9 +161,7 @@ class _Writer:
         return self.hold(path, ".png", written(bitmap, "write", ".png"))
 
     def mesh(self, path: str, name: str, mesh: Any) -> None:
-        surface = mesh.bsdf()
-        kinds = (None, "SmoothDiffuse")
-        if (None if surface is None else surface.class_name()) not in kinds or mesh.is_emitter() or mesh.is_sensor():
+        if not _is_plain(mesh):
             message = (
                 "a mesh does not tell what its surface, light or sensor was made from; pass "
                 '{"type": "mesh", "mesh": mesh, "bsdf": {...}}'
@@ -169,12 +185,19 @@ class _Writer:
 
     def reference(self, path: str, name: str, value: Mapping[str, Any]) -> None:
         goal = str(value.get("id"))
-        meant = self.root.get(goal)
+        objects = {key: one for key, one in self.root.items() if isinstance(one, Mapping)}
+        key = next((key for key, one in objects.items() if goal in (key, one.get("id"))), None)
+        meant = None if key is None else objects[key]
         if meant is None:
             known = [key for key, one in self.root.items() if isinstance(one, Mapping)]
             raise self.fail(path, f'no object is called "{goal}"; there are {", ".join(known)}')
-        tag = TAG.get(meant.get("type", "")) if isinstance(meant, Mapping) else None
-        if tag in NAMED:
+        goal = str(meant.get("id", key))
+        plugin = meant.get("type", "")
+        if plugin in ("rgb", "spectrum"):
+            # It has no id in a scene file: it is written where it is used.
+            self.nested(path, name, meant)
+            return
+        if TAG.get(plugin) in NAMED:
             self.leaf(path, "ref", name, id=goal)
         else:
             self.line(path, f"<ref id={quoteattr(goal)}/>")
@@ -210,12 +233,16 @@ class _Writer:
         if side is not None:
             self.leaf(path, "string", "filename", value=side)
         for key, one in value.items():
-            self.value(f"{path}.{key}", key, one)
+            self.checked(f"{path}.{key}", key, one)
         self.line(path, f"</{tag}>")
 
     def vertices(self, path: str, value: dict[str, Any]) -> str:
         """Takes a mesh or its arrays out of a shape, and makes a file of them."""
         mesh = value.pop("mesh", None)
+        if mesh is not None and "bsdf" not in value and not any(
+            isinstance(one, Mapping) for one in value.values()
+        ) and not _is_plain(mesh):
+            raise self.fail(path, 'a mesh does not tell what its surface, light or sensor was made from; give a "bsdf"')
         given = {name: value.pop(name) for name in ARRAYS if name in value}
         value.pop("filename", None)
         if mesh is not None and not given:
@@ -231,6 +258,18 @@ class _Writer:
             return self.hold(path, ".ply", ply(arrays))
         except (TypeError, ValueError) as error:
             raise self.fail(path, str(error)) from None
+
+
+def _is_plain(mesh: Any) -> bool:
+    """True if all that a mesh of Mitsuba has is its form: no light, no sensor, and the surface of a shape without one."""
+    if mesh.is_emitter() or mesh.is_sensor():
+        return False
+    surface = mesh.bsdf()
+    if surface is None:
+        return True
+    params = sys.modules["mitsuba"].traverse(surface)
+    default = "reflectance.value"
+    return list(params.keys()) == [default] and bool(np.allclose(np.asarray(params[default]), 0.5, atol=1e-6))
 
 
 def _list(array: Any) -> str:

@@ -14,15 +14,16 @@ ARRAYS = {"vertex_positions": 3, "faces": 3, "vertex_normals": 3, "vertex_texcoo
 
 def ply(arrays: dict[str, Any]) -> bytes:
     """A PLY of arrays. Positions keep 64 bits if they have them."""
-    columns = {name: np.asarray(arrays[name]).reshape(-1, width) for name, width in ARRAYS.items() if name in arrays}
+    columns = {name: _columns(name, arrays[name], width) for name, width in ARRAYS.items() if name in arrays}
     faces = columns.pop("faces")
     count = len(columns["vertex_positions"])
     names = {"vertex_positions": "xyz", "vertex_normals": ("nx", "ny", "nz"), "vertex_texcoords": "uv"}
     for name, values in columns.items():
         if len(values) != count:
             raise ValueError(f"{name} has {len(values)} rows and vertex_positions {count}; allowed is the same number")
-    if len(faces) and not (0 <= int(faces.min()) and int(faces.max()) < count):
-        raise ValueError(f"faces names vertex {int(faces.max())}; allowed are 0..{count - 1}")
+    wrong = faces[(faces < 0) | (faces >= count) | (faces != np.floor(faces))]
+    if len(wrong):
+        raise ValueError(f"faces names vertex {wrong[0]}; allowed are whole numbers 0..{count - 1}")
     fields: list[tuple[str, str]] = []
     head = [f"element vertex {count}"]
     for name, values in columns.items():
@@ -40,6 +41,16 @@ def ply(arrays: dict[str, Any]) -> bytes:
     head += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
     start = "\n".join(["ply", "format binary_little_endian 1.0", *head, "end_header", ""])
     return start.encode() + vertices.tobytes() + corners.tobytes()
+
+
+def _columns(name: str, array: Any, width: int) -> Any:
+    values = np.asarray(array)
+    if values.dtype.kind not in "fiu" or not (values.ndim == 1 and values.size % width == 0 or values.shape[1:] == (width,)):
+        raise ValueError(
+            f"{name} is an array of shape {values.shape} and type {values.dtype}; allowed are numbers of shape (n, {width}) or "
+            f"({width} n,)"
+        )
+    return values.reshape(-1, width)
 
 
 def arrays_of(mesh: Any) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nephroid as ne
-from conftest import ROOT, SCENES
+from conftest import ROOT
 
 PARITY = ROOT / "tests/mitsuba/parity"
 
@@ -114,15 +114,6 @@ def convertible():
             yield pytest.param(path, as_dict(parsed(path)), id=path.stem)
         except LookupError:
             continue
-
-
-def smaller(scene, size):
-    """The same scene with films of so many texels, since this is about meaning."""
-    if isinstance(scene, dict):
-        scene = {key: smaller(one, size) for key, one in scene.items()}
-        if scene["type"] == "hdrfilm":
-            scene["width"] = scene["height"] = size
-    return scene
 
 
 @pytest.mark.parametrize(("path", "scene"), list(convertible()))
@@ -231,3 +222,32 @@ def test_pictures_are_arrays(tmp_path):
     one, two = (ne.render(ne.load_dict(d), sensor="view", method="path", spp=16) for d in (scene, plain))
     assert one.value.max() > 0
     np.testing.assert_allclose(one.value, two.value, rtol=1e-6)
+
+
+def test_dollars_ids_and_colours_of_refs_are_what_they_are():
+    scene = ball()
+    scene["$glass"] = {"type": "dielectric", "id": "g$", "int_ior": 1.5}
+    scene["white"] = {"type": "rgb", "value": 0.8}
+    scene["floor"]["bsdf"] = {"type": "diffuse", "reflectance": {"type": "ref", "id": "white"}}
+    for goal in ("$glass", "g$"):
+        scene["ball"]["bsdf"] = {"type": "ref", "id": goal}
+        assert ne.load_dict(scene).sensors == ["floor.meter"]
+
+
+def test_wrong_values_name_their_path():
+    for wrong in ({"type": "rgb", "value": "red"}, {1: 2, "type": "uniform"}, object()):
+        scene = ball()
+        scene["ball"]["bsdf"]["specular_reflectance"] = wrong
+        with pytest.raises(ne.LoadError) as caught:
+            ne.load_dict(scene)
+        assert caught.value.path.startswith("ball.bsdf.specular_reflectance")
+    positions, faces = heightfield(0.1)
+    for arrays, said in [
+        ({"vertex_positions": positions.T, "faces": faces}, "vertex_positions is an array of shape"),
+        ({"vertex_positions": positions, "faces": faces - 1}, "faces names vertex -1"),
+        ({"vertex_positions": positions, "faces": faces + 0.5}, "allowed are whole numbers"),
+    ]:
+        scene = ball()
+        scene["ball"] = {"type": "mesh", **arrays, "bsdf": {"type": "dielectric"}}
+        with pytest.raises(ne.LoadError, match=said):
+            ne.load_dict(scene)

@@ -55,6 +55,16 @@ def test_mitsubas_meshes_and_bitmaps_are_understood(variant):
     assert ne.load_dict(scene).sensors == ["floor.meter"]
 
 
+def test_a_mesh_with_a_surface_of_its_own_is_refused(variant):
+    for bsdf in ({"type": "diffuse", "reflectance": 0.9}, {"type": "dielectric"}):
+        loaded = mi.load_dict({"type": "cube", "bsdf": bsdf})
+        for form in (loaded, {"type": "mesh", "mesh": loaded}):
+            scene = ball()
+            scene["ball"] = form
+            with pytest.raises(ne.LoadError, match="bsdf"):
+                ne.load_dict(scene)
+
+
 def test_a_film_becomes_a_bitmap(variant):
     film = ne.render(ne.load_dict(ball()), photons=4096)
     np.testing.assert_allclose(np.array(film.bitmap()), film.value, rtol=1e-6)

@@ -76,7 +76,9 @@ pub(super) fn attributes(parts: &SceneParts) -> Result<(), SceneError> {
                         };
                         format!("has no \"{name}\": {there}")
                     }
-                    Some([low, high]) if low * scale >= 0.0 && high * scale <= 1.0 => continue,
+                    Some(range) if range.iter().all(|x| (0.0..=1.0).contains(&(x * scale))) => {
+                        continue;
+                    }
                     Some([low, high]) => format!(
                         "has numbers from {low} to {high} for \"{name}\" (scaled by {scale}); 0..=1 is allowed"
                     ),

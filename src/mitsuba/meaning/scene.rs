@@ -224,7 +224,7 @@ impl SceneReader<'_, '_> {
             }
             if matches!(
                 tree.object(member).plugin.as_str(),
-                "shapegroup" | "instance"
+                "shapegroup" | "instance" | "merge"
             ) {
                 return Err(Plugin::new(tree, member).error("cannot be inside a shapegroup"));
             }

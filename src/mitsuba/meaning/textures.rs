@@ -277,7 +277,8 @@ impl Textures {
             "scale" if plugin.is_old() => self.scaled(tree, &plugin, files)?,
             _ => {
                 return Err(plugin.error(
-                    "is not modelled; modelled textures are: bitmap, checkerboard, mesh_attribute",
+                    "is not modelled; modelled textures are: bitmap, checkerboard, mesh_attribute, \
+                     rawconstant",
                 ));
             }
         };

@@ -210,6 +210,10 @@ fn columns<const N: usize>(element: &PlyElement, choices: &[[&str; N]]) -> Optio
     })
 }
 
+/// Most values of attributes that triangles may have for each byte of their faces. Polygons of ten corners
+/// with attributes of a byte have eight.
+const MOST_VALUES_A_BYTE: usize = 16;
+
 /// The attributes of an element as they are read.
 struct AttributeReader {
     columns: Vec<(AttributeColumns, MeshAttribute)>,
@@ -343,11 +347,25 @@ fn read_faces(
     let mut attributes = AttributeReader::new(element, AttributeOf::Faces);
     parts.triangles.reserve(element.count);
     let mut row = vec![0.0; element.properties.len()];
-    for _ in 0..element.count {
+    let all = numbers.rest();
+    for face in 0..element.count {
         read_row(element, numbers, &mut row, |numbers, length, item| {
             read_polygon(numbers, length, item, &mut parts.triangles)
         })?;
-        // All triangles of a polygon have its values.
+        // All triangles of a polygon have its values: those of one with many corners are many times those of
+        // the file.
+        let values = attributes
+            .columns
+            .len()
+            .saturating_mul(parts.triangles.len());
+        if values > MOST_VALUES_A_BYTE * (all - numbers.rest()) {
+            let message = format!(
+                "face {face}: so many corners, by {} attributes, take more than {MOST_VALUES_A_BYTE} values for \
+                 each byte of the file; triangles take less",
+                attributes.columns.len()
+            );
+            return Err(MeshFileError::new(numbers.place(), message));
+        }
         attributes.take(&row, parts.triangles.len());
     }
     parts.attributes.extend(attributes.attributes());

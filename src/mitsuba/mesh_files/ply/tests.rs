@@ -144,6 +144,38 @@ fn announced_counts_reserve_no_memory_that_the_file_does_not_have() {
 }
 
 #[test]
+fn attributes_of_a_face_with_many_corners_take_no_memory_that_the_file_does_not_pay_for() {
+    let attributes = |count: usize| -> String {
+        (0..count)
+            .map(|index| format!("property uchar a{index}_0\n"))
+            .collect()
+    };
+    let file = |corners: usize, count: usize| {
+        let face = |value: &str| format!("{value} ").repeat(count);
+        with(
+            &format!(
+                "element vertex 1\n{XYZ}element face 1\n{}property list uint uchar vertex_indices\n",
+                attributes(count)
+            ),
+            &format!("0 0 0\n{}{corners} {}\n", face("7"), "0 ".repeat(corners)),
+        )
+    };
+    // 2,000 attributes of 50,000 triangles are 800 MB, of a file of 150 kB.
+    let message = error(&file(50_002, 2_000));
+    assert!(
+        message.contains("face 0: so many corners, by 2000 attributes"),
+        "{message}"
+    );
+    let parts = parse(file(10, 2_000).as_bytes()).unwrap();
+    assert_eq!((parts.triangles.len(), parts.attributes.len()), (8, 2_000));
+    // Without attributes, a polygon may have as many corners as it likes.
+    assert_eq!(
+        parse(file(50_002, 0).as_bytes()).unwrap().triangles.len(),
+        50_000
+    );
+}
+
+#[test]
 fn errors_name_the_line_and_the_value() {
     let one_face = |face: &str| {
         error(&with(
