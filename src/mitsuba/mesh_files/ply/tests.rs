@@ -145,10 +145,9 @@ fn announced_counts_reserve_no_memory_that_the_file_does_not_have() {
 
 #[test]
 fn attributes_of_a_face_with_many_corners_take_no_memory_that_the_file_does_not_pay_for() {
-    let attributes = |count: usize| -> String {
-        (0..count)
-            .map(|index| format!("property uchar a{index}_0\n"))
-            .collect()
+    let attributes = |count: usize| {
+        let lines = (0..count).map(|index| format!("property uchar a{index}_0\n"));
+        lines.collect::<Vec<_>>().concat()
     };
     let file = |corners: usize, count: usize| {
         let face = |value: &str| format!("{value} ").repeat(count);
