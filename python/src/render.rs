@@ -9,7 +9,7 @@ use nephroid::internals::method::wanted::{Chosen, Wanted};
 use nephroid::internals::reference::photons::Shard;
 use nephroid::internals::reference::photons::shard::Part;
 use nephroid::internals::scene::ReconstructionFilter;
-use nephroid::{Budget, Context, Error};
+use nephroid::{Budget, Context, Error, Rendering};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyBytes;
@@ -57,6 +57,18 @@ impl Wish {
     }
 }
 
+/// The film of a run that began at `start`.
+fn film(scene: &Scene, chosen: Chosen, rendering: Rendering, start: Instant) -> Film {
+    Film {
+        rendering,
+        scene: Arc::clone(&scene.inner),
+        sensor: chosen.sensor.id,
+        method: chosen.method.name(),
+        notice: chosen.notice,
+        seconds: start.elapsed().as_secs_f64(),
+    }
+}
+
 /// Fills a sensor.
 #[pyfunction]
 pub fn render(
@@ -76,14 +88,7 @@ pub fn render(
         Ok((chosen, rendering))
     })?;
     let (chosen, rendering) = done.map_err(|error: Error| errors::run(py, &error))?;
-    Ok(Film {
-        rendering,
-        scene: Arc::clone(&scene.inner),
-        sensor: chosen.sensor.id,
-        method: chosen.method.name(),
-        notice: chosen.notice,
-        seconds: start.elapsed().as_secs_f64(),
-    })
+    Ok(film(scene, chosen, rendering, start))
 }
 
 /// Traces part `index` of `count` of a run of photons, both from 1 on; None if it was stopped.
@@ -145,12 +150,5 @@ pub fn merge(
         Ok((chosen, rendering))
     })?;
     let (chosen, rendering) = done.map_err(|error: MergeError| errors::merge(py, &error))?;
-    Ok(Film {
-        rendering,
-        scene: Arc::clone(&scene.inner),
-        sensor: chosen.sensor.id,
-        method: chosen.method.name(),
-        notice: chosen.notice,
-        seconds: start.elapsed().as_secs_f64(),
-    })
+    Ok(film(scene, chosen, rendering, start))
 }
