@@ -7,6 +7,7 @@
 mod bars;
 mod camera;
 mod clearance;
+mod close_cameras;
 mod contradictions;
 mod crossings;
 mod discovery;

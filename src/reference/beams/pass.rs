@@ -25,10 +25,12 @@ use crate::transport::flux::Flux;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::Signature;
 
-/// Range of the number of patches of one task. It is small enough for some hundred tasks. If there are many
-/// patches it is so large that most neighbours, which share paths, are in one task.
-const TASK_PATCHES: std::ops::RangeInclusive<usize> = 16..=512;
-/// Number of tasks: see [`TASK_PATCHES`].
+/// Least number of patches of one task. It is small enough for some hundred tasks of a surface with few. A
+/// facet's polygons share nothing with its neighbours': one makes a task.
+const LEAST_OF_TASK: usize = 16;
+/// Most patches of one task: it is so large that most neighbours, which share paths, are in one task.
+const MOST_OF_TASK: usize = 512;
+/// Number of tasks between the two.
 const TASKS: usize = 128;
 
 /// A source and the light space over its first surfaces.
@@ -241,17 +243,18 @@ impl Passes<'_> {
             Some((balance, counters))
         };
         let (flat, patches) = light.parts(self.facets);
-        let task =
-            |patches: usize| (patches / TASKS).clamp(*TASK_PATCHES.start(), *TASK_PATCHES.end());
-        let by_cells = patches.par_chunks(task(patches.len())).map(|patches| {
-            refined(patches.len(), &|refiner| {
-                for patch in patches {
-                    refiner.refine(patch);
-                }
-                TaskWork::default()
-            })
-        });
-        let by_facets = flat.par_chunks(task(flat.len())).map(|facets| {
+        let task = |patches: usize, least: usize| (patches / TASKS).clamp(least, MOST_OF_TASK);
+        let by_cells = patches
+            .par_chunks(task(patches.len(), LEAST_OF_TASK))
+            .map(|patches| {
+                refined(patches.len(), &|refiner| {
+                    for patch in patches {
+                        refiner.refine(patch);
+                    }
+                    TaskWork::default()
+                })
+            });
+        let by_facets = flat.par_chunks(task(flat.len(), 1)).map(|facets| {
             refined(facets.len(), &|refiner| {
                 let tolerance = limits.tolerance;
                 let mut polygons =

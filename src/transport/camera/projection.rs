@@ -279,6 +279,14 @@ impl Camera {
         self.planes_round([DVec2::ZERO, film])
     }
 
+    /// The four sides of [`planes`](Self::planes), half a film farther out.
+    pub fn planes_beside_view(&self) -> [[DVec3; 2]; 4] {
+        let [low, high] = self.near_film();
+        let out = (high - low) / 6.0;
+        let [_, sides @ ..] = self.planes_round([low - out, high + out]);
+        sides
+    }
+
     /// Where the camera is: the middle of its lens, or of the film's plane for parallel rays.
     pub fn eye(&self) -> DVec3 {
         self.to_world.point(DVec3::ZERO)

@@ -75,7 +75,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     }
 
     /// The facet that a polygon's middle would meet next without all that is not flat.
-    fn next_facet(&mut self, polygon: &LightPolygon<N>) -> Option<u32> {
+    pub(super) fn next_facet(&mut self, polygon: &LightPolygon<N>) -> Option<u32> {
         let scene = self.paths.scene();
         let middle = polygon.area_and_middle().1;
         let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, middle);

@@ -5,5 +5,6 @@ mod divide;
 mod refiner;
 mod stop;
 mod stopper;
+mod view;
 
 pub use refiner::FacetRefiner;

@@ -246,7 +246,15 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 self.stop(polygon, area, Stopper::Shape(shape), generic);
                 return;
             }
-            LegEnd::Sensor => Goal::Receiver,
+            LegEnd::Sensor => {
+                if matches!(self.screen, Screen::Camera { .. })
+                    && let Some(facet) = self.next_facet(&polygon)
+                    && self.cut_to_view(&polygon, facet)
+                {
+                    return;
+                }
+                Goal::Receiver
+            }
             LegEnd::Away => Goal::Away,
             LegEnd::Curved => {
                 self.give_back(&polygon, generic);

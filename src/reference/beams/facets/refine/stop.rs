@@ -42,7 +42,15 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
                 && !self.legs.is_end_unseen(shape)
         };
         match way {
-            LegWay::Clear { .. } if is_seen_by_camera() => self.give_back(&polygon, generic),
+            LegWay::Clear { .. } if is_seen_by_camera() => {
+                let is_cut = match stopper {
+                    Stopper::Facet(facet) => self.cut_to_view(&polygon, facet),
+                    Stopper::Shape(_) => false,
+                };
+                if !is_cut {
+                    self.give_back(&polygon, generic);
+                }
+            }
             LegWay::Clear { uncertain_part }
                 if uncertain_part > allowed && self.is_worth_halving(&polygon, area) =>
             {

@@ -1,0 +1,44 @@
+//! Polygons that end on a surface of which a camera sees a small part.
+//!
+//! Cells find the light that a camera sees. They would follow the borders of all that the polygon holds, to a
+//! fineness that the film asks for. So what is far beside the film is cut off before.
+
+use super::refiner::FacetRefiner;
+use crate::reference::beams::facets::leg::Goal;
+use crate::reference::beams::facets::polygon::{LightPolygon, PolygonCut};
+use crate::transport::facets::path::FacetLight;
+use crate::transport::screen::Screen;
+
+impl<const N: usize> FacetRefiner<'_, '_, N> {
+    /// Cuts a polygon that ends on a facet along a plane beside the camera's film; both parts wait. `false` if
+    /// no plane parts it.
+    ///
+    /// The planes are a little beyond those that a camera's view ends at: of the part outside, nothing is
+    /// seen, even if the cut's line is bent.
+    pub(super) fn cut_to_view(&mut self, polygon: &LightPolygon<N>, facet: u32) -> bool {
+        let Screen::Camera { camera, .. } = self.screen else {
+            return false;
+        };
+        let (paths, screen) = (self.paths, self.screen);
+        let area = polygon.area();
+        for [point, normal] in camera.planes_beside_view() {
+            let side = |light: &FacetLight<N>| {
+                let end = Goal::Facet(facet).place(paths, screen, &light.ray)?;
+                Some(normal.dot(end - point))
+            };
+            let values: Option<Vec<f64>> = polygon.corners.iter().map(side).collect();
+            let Some(values) = values else {
+                return false;
+            };
+            if let PolygonCut::Through(parts) = polygon.cut(&values, paths) {
+                for corners in [parts.above, parts.below] {
+                    let mut part = polygon.with(corners);
+                    part.uncertain_area = part.share_of_uncertain_area(area).min(part.area());
+                    self.pending.push(part);
+                }
+                return true;
+            }
+        }
+        false
+    }
+}
