@@ -10,8 +10,8 @@ use crate::transport::facets::path::FacetLight;
 use crate::transport::screen::Screen;
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
-    /// Cuts a polygon that ends on a facet along a plane beside the camera's film; both parts wait. `false` if
-    /// no plane parts it.
+    /// Cuts a polygon that ends on a facet along a plane beside the camera's film; both parts wait. `false`
+    /// if no plane parts it.
     ///
     /// The planes are a little beyond those that a camera's view ends at: of the part outside, nothing is
     /// seen, even if the cut's line is bent.
