@@ -350,6 +350,64 @@ fn the_fixed_normal_adds_the_energy_that_its_two_cosines_say() {
 }
 
 #[test]
+fn vectors_give_a_floor_the_light_of_its_own_normal() {
+    let scene = over_depth(ZENITH, &glass_ball(), [2.0, 2.0], 16);
+    for space in ["grid", "shells"] {
+        let light = |normal: &str| {
+            let given = [
+                ("space", space),
+                ("normal", normal),
+                ("cells", "32"),
+                ("shells", "24"),
+                ("photons", "65536"),
+            ];
+            texels(&exact_but(&given), &scene)
+        };
+        let [vector, own, fixed] = ["vector", "exact", "fixed"].map(light);
+        let mean = sum(&own) / own.len() as f64;
+        let mut farthest: f64 = 0.0;
+        for ((vector, own), fixed) in vector.iter().zip(&own).zip(&fixed) {
+            // All of the light that gets down to the floor goes down: the sum of −N·d̂ is the vector's. Both are
+            // sums of the same photons in whole quanta.
+            assert!(
+                (vector - own).abs() <= 1e-9 * mean,
+                "{space}: {vector} {own}"
+            );
+            farthest = farthest.max((fixed - own).abs());
+        }
+        // The paper's normal is wrong there, by 11 % in all.
+        assert!(farthest > 0.1 * mean, "{space}: {farthest} of {mean}");
+    }
+}
+
+#[test]
+fn what_comes_from_two_sides_cancels_out_in_vectors_and_never_adds_light() {
+    // A floor through the ball's middle, in low light: behind the focus, light goes up as well as down.
+    let scene = over_depth([0.9, 0.0, -0.43], &glass_ball(), [0.0, 3.0], 24);
+    let light = |normal: &str| {
+        let given = [
+            ("space", "grid"),
+            ("normal", normal),
+            ("cells", "24"),
+            ("photons", "65536"),
+        ];
+        texels(&exact_but(&given), &scene)
+    };
+    let [vector, own] = ["vector", "exact"].map(light);
+    let mean = sum(&own) / own.len() as f64;
+    for (vector, own) in vector.iter().zip(&own) {
+        // max(0, −N·Σ d̂) ≤ Σ max(0, −N·d̂), and so are the means of texels.
+        assert!(*vector <= own + 1e-9 * mean, "{vector} {own}");
+    }
+    assert!(
+        sum(&vector) < 0.99 * sum(&own),
+        "{} {}",
+        sum(&vector),
+        sum(&own)
+    );
+}
+
+#[test]
 fn harmonics_of_a_ball_are_those_of_the_closed_form_and_lose_what_they_must() {
     /// Zonal coefficients ∫ G Y(l, 0) dω of a density by bins of the cosine.
     fn zonal(bins: &[f64], order: usize) -> Vec<f64> {
@@ -761,6 +819,27 @@ fn what_cannot_be_is_refused_by_name() {
         ),
         (&[("sample-at", "centres")], "directions=nearest"),
         (&[("space", "shell-harmonics")], "storage=u8"),
+        (
+            &[("space", "shell-harmonics"), ("storage", "rgb9e5")],
+            "storage=rgb9e5",
+        ),
+        (&[("normal", "vector")], "storage=f16"),
+        (
+            &[
+                ("normal", "vector"),
+                ("storage", "f16"),
+                ("space", "multi-resolution"),
+            ],
+            "space=grid",
+        ),
+        (
+            &[
+                ("normal", "vector"),
+                ("storage", "f16"),
+                ("directions", "harmonics"),
+            ],
+            "space=grid",
+        ),
         (
             &[
                 ("space", "shell-harmonics"),

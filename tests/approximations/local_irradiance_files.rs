@@ -94,7 +94,7 @@ fn glass_ball() -> Scene {
 }
 
 /// Settings of each form of table.
-const FORMS: [&[(&str, &str)]; 6] = [
+const FORMS: [&[(&str, &str)]; 9] = [
     &[],
     &[
         ("space", "shells"),
@@ -116,6 +116,14 @@ const FORMS: [&[(&str, &str)]; 6] = [
     &[
         ("directions", "harmonics"),
         ("order", "2"),
+        ("storage", "f32"),
+    ],
+    &[("storage", "rgb9e5")],
+    &[("normal", "vector"), ("storage", "f16")],
+    &[
+        ("normal", "vector"),
+        ("space", "shells"),
+        ("shell-level", "2"),
         ("storage", "f32"),
     ],
 ];
@@ -474,10 +482,16 @@ fn exported_volumes_are_read_as_their_description_says() {
     );
     let scene = scene_of(&lit_by(&sun([0.4, 0.2, -0.9]), &shapes, 8));
     let to_light = -DVec3::new(0.4, 0.2, -0.9).normalize();
-    for (space, storage) in [("grid", "u8"), ("shells", "f32")] {
+    for (space, storage, normal) in [
+        ("grid", "u8", "fixed"),
+        ("grid", "rgb9e5", "fixed"),
+        ("grid", "f32", "vector"),
+        ("shells", "f32", "fixed"),
+    ] {
         let given = [
             ("space", space),
             ("storage", storage),
+            ("normal", normal),
             ("directions", "nearest"),
             ("interpolation", "nearest"),
             ("shell-level", "2"),
@@ -509,6 +523,11 @@ fn exported_volumes_are_read_as_their_description_says() {
             "u8" => {
                 f64::from(raw[3 * index]) / 255.0 * all["numbers"]["range"][1].as_f64().unwrap()
             }
+            "rgb9e5" => {
+                let bytes = &raw[4 * index..4 * index + 4];
+                let word = u32::from_le_bytes(bytes.try_into().unwrap());
+                f64::from(word & 511) * 2.0_f64.powi((word >> 27) as i32 - 24)
+            }
             _ => {
                 let bytes = &raw[12 * index..12 * index + 4];
                 f64::from(f32::from_le_bytes(bytes.try_into().unwrap()))
@@ -528,8 +547,13 @@ fn exported_volumes_are_read_as_their_description_says() {
                 "grid" => in_cubes(layout, held),
                 _ => in_shells(layout, held),
             };
-            let cosine = (-own(point.normal).dot(away) / distance).max(0.0);
-            let expected = number(index) * cosine;
+            let own_normal = own(point.normal);
+            let expected = if normal == "vector" {
+                let along = [0, 1, 2].map(|axis| number(3 * index + axis));
+                (-own_normal.dot(DVec3::from_array(along))).max(0.0)
+            } else {
+                number(index) * (-own_normal.dot(away) / distance).max(0.0)
+            };
             lit += u32::from(expected > 0.0);
             let found = rendered[point.texel].mean();
             // Numbers are the same; a step of bytes by range/255 is rounded once more.

@@ -70,7 +70,8 @@ impl<const N: usize> Deposits<N> for OnSensor<'_, N> {
                     return;
                 }
                 let mut weight = match settings.normal {
-                    Normal::Exact => 1.0,
+                    // Without cells there is nothing that light from two sides cancels out in.
+                    Normal::Exact | Normal::Vector => 1.0,
                     Normal::Fixed => {
                         let outward = away / distance;
                         direction.dot(outward).max(0.0) * (-normal.dot(outward)).max(0.0)
@@ -165,7 +166,7 @@ impl<const N: usize> OnSensor<'_, N> {
             let square = (place - self.center).length_squared() / (self.radius * self.radius);
             let weight = match self.settings.normal {
                 Normal::Fixed => square,
-                Normal::Exact => {
+                Normal::Exact | Normal::Vector => {
                     square * (-direction.dot(normal)).max(0.0)
                         / (direction.dot(outward) * -normal.dot(outward))
                 }

@@ -11,6 +11,7 @@ use crate::approximation::SensorFilm;
 use crate::approximation::sources::sources;
 use crate::run::Refusal;
 use crate::scene::Scene;
+use crate::setting::Words as _;
 use crate::transport::chain_limits;
 use crate::transport::first_surface::Source;
 
@@ -27,14 +28,29 @@ pub fn check(settings: &Settings) -> Result<(), Refusal> {
     let coefficients = settings.order * settings.order;
     let is_harmonic = settings.directions == Directions::Harmonics;
     let of_shells = settings.space == Space::ShellHarmonics;
-    if settings.storage == Storage::U8
-        && (is_harmonic && settings.space != Space::Exact || of_shells)
-    {
-        return refused(
-            "storage=u8 and spherical harmonics: coefficients are negative, too; allowed are storage=f16, f32 and \
-             exact"
-                .to_owned(),
-        );
+    let is_positive = matches!(settings.storage, Storage::U8 | Storage::Rgb9e5);
+    if settings.normal == Normal::Vector && settings.space != Space::Exact {
+        if is_harmonic || !matches!(settings.space, Space::Grid | Space::Shells) {
+            return refused(format!(
+                "normal=vector, space={} and directions={}: vectors are in the cells of a sample; allowed with \
+                 normal=vector are space=grid, shells and exact without directions=harmonics",
+                settings.space.word(),
+                settings.directions.word()
+            ));
+        }
+        if is_positive {
+            return refused(format!(
+                "normal=vector and storage={}: vectors have negative parts, too; allowed are storage=f16, f32 and exact",
+                settings.storage.word()
+            ));
+        }
+    }
+    if is_positive && (is_harmonic && settings.space != Space::Exact || of_shells) {
+        return refused(format!(
+            "storage={} and spherical harmonics: coefficients are negative, too; allowed are storage=f16, f32 and \
+             exact",
+            settings.storage.word()
+        ));
     }
     if is_harmonic {
         if settings.symmetry != Symmetry::None {
@@ -236,7 +252,7 @@ pub fn are_kept(settings: &Settings) -> bool {
         && settings.noise == Noise::Photons
         && settings.space != Space::Exact
         && settings.region != Region::Exact
-        && settings.normal == Normal::Fixed
+        && settings.normal != Normal::Exact
 }
 
 /// The samples that settings ask for.

@@ -145,7 +145,7 @@ impl Rule<'_> {
         }
     }
 
-    /// Multiplies the sums of [`AllCells`] by what is the same for all legs of a cell: the length of
+    /// Multiplies the sums of [`AllCells`] alone by what is the same for all legs of a cell: the length of
     /// [`Crossed::outward`], by which cosines are divided.
     pub fn factors(&self, values: &mut [[f64; 3]]) {
         let (Deposit::Crossing, Cells::Grid(grid)) = (self.deposit, self.cells) else {
@@ -205,6 +205,31 @@ impl<const N: usize> Deposits<N> for AllCells<'_, N> {
             let cosine = rule.outward(&traced.leg, part);
             if cosine > 0.0 {
                 sums.add(part.cell as usize, traced.flux * (density * cosine));
+            }
+        });
+    }
+}
+
+/// Vector irradiance in all cells: the flux density of light, Σ Φ d̂ by area, along each axis.
+///
+/// What comes from two sides cancels out in part: then it is too little for either.
+pub struct CellVectors<'a, const N: usize> {
+    /// The rule.
+    pub rule: &'a Rule<'a>,
+    /// The sums along x, y and z, cell by cell.
+    pub sums: Sums<N>,
+}
+
+impl<const N: usize> Deposits<N> for CellVectors<'_, N> {
+    #[inline]
+    fn add(&mut self, traced: &TracedLeg<N>, work: &mut Work) {
+        let (rule, sums) = (self.rule, &mut self.sums);
+        let direction = traced.leg.direction.to_array();
+        rule.cells_of(traced, |part, density| {
+            work.deposits += 1;
+            for (axis, along) in direction.into_iter().enumerate() {
+                let number = 3 * part.cell as usize + axis;
+                sums.add(number, traced.flux * (density * along));
             }
         });
     }

@@ -18,7 +18,7 @@ use super::scenery::Kept;
 use super::settings::Settings;
 use super::storage::Stored;
 use super::table::{Form, Table};
-use super::variants::{Directions, Region, Space, Storage, Symmetry};
+use super::variants::{Directions, Normal, Region, Space, Storage, Symmetry};
 use crate::film::atomic::{self, WriteError};
 use crate::scene::Scene;
 use crate::setting::Words as _;
@@ -76,8 +76,7 @@ pub fn write(
     let description = json!({
         "format": "tables of local precomputed irradiance, version 1",
         "byte_order": "little-endian",
-        "value": "irradiance by that of parallel light, on a surface that faces the object's centre; red, green, \
-                  blue one after the other. On a surface of normal N at the place D: times max(0, -N.D / |D|)",
+        "value": value(settings),
         "numbers": numbers(settings),
         "directions_to_light": directions,
         "objects": objects,
@@ -115,7 +114,7 @@ fn volume(layout: &Layout, table: &Table) -> Vec<u8> {
             let places = cells.iter().map(|cell| *cell as usize);
             raw_numbers(&gathered(stored, places), &mut bytes);
         }
-        Form::Harmonics(stored) => {
+        Form::Harmonics(stored) | Form::Vectors(stored) => {
             let each = stored.count() / cells.len().max(1);
             let places = cells.iter().map(|cell| *cell as usize * each);
             let all = places.flat_map(|first| first..first + each);
@@ -141,9 +140,24 @@ fn gathered(stored: &Stored, places: impl Iterator<Item = usize>) -> Stored {
             steps: places.map(|place| steps[place]).collect(),
             step: *step,
         },
+        Stored::Rgb9e5(words) => Stored::Rgb9e5(places.map(|place| words[place]).collect()),
         Stored::F16(all) => Stored::F16(places.map(|place| all[place]).collect()),
         Stored::F32(all) => Stored::F32(places.map(|place| all[place]).collect()),
         Stored::F64(all) => Stored::F64(places.map(|place| all[place]).collect()),
+    }
+}
+
+/// What a number is.
+fn value(settings: &Settings) -> &'static str {
+    match settings.normal {
+        Normal::Vector => {
+            "vector irradiance V by that of parallel light, along the object's own axes: red, green, blue of x, then of \
+             y, then of z, cell by cell. On a surface of normal N: max(0, -N.V), colour by colour"
+        }
+        Normal::Fixed | Normal::Exact => {
+            "irradiance by that of parallel light, on a surface that faces the object's centre; red, green, \
+             blue one after the other. On a surface of normal N at the place D: times max(0, -N.D / |D|)"
+        }
     }
 }
 
@@ -153,6 +167,11 @@ fn numbers(settings: &Settings) -> Value {
             "type": "u8",
             "range": [0.0, settings.range],
             "meaning": "value = number / 255 * range[1]",
+        }),
+        Storage::Rgb9e5 => json!({
+            "type": "rgb9e5",
+            "meaning": "a word of 32 bits for red, green and blue: mantissas in bits 0 to 8, 9 to 17 and 18 to 26, \
+                        and an exponent e in bits 27 to 31; value = mantissa * 2^(e - 24)",
         }),
         Storage::F16 => json!({"type": "f16"}),
         Storage::F32 => json!({"type": "f32"}),

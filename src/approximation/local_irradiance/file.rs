@@ -15,7 +15,7 @@ use super::shoot::Tally;
 use super::storage::{Stored, bytes_each};
 use super::table::{Form, Table};
 use super::tree::Trees;
-use super::variants::{Space, Storage};
+use super::variants::{Normal, Space, Storage};
 
 /// Bytes of a tally and of the count of numbers that were cut off.
 const TALLY: u64 = 8 + 15 * 8 + 8;
@@ -31,14 +31,27 @@ enum Kind {
     Trees,
     Shells,
     Harmonics,
+    Vectors,
 }
 
 impl Kind {
-    const ALL: [Self; 4] = [Self::Cells, Self::Trees, Self::Shells, Self::Harmonics];
+    const ALL: [Self; 5] = [
+        Self::Cells,
+        Self::Trees,
+        Self::Shells,
+        Self::Harmonics,
+        Self::Vectors,
+    ];
 }
 
 /// The kinds of numbers, in the order of their codes.
-const STORAGES: [Storage; 4] = [Storage::U8, Storage::F16, Storage::F32, Storage::Exact];
+const STORAGES: [Storage; 5] = [
+    Storage::U8,
+    Storage::F16,
+    Storage::F32,
+    Storage::Exact,
+    Storage::Rgb9e5,
+];
 
 /// A table that settings ask for: its kind, and how many numbers it has.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +80,7 @@ impl Expected {
                 (Kind::Shells, shells.layers() as u64 * coefficients)
             }
             _ if is_fitted(settings) => (Kind::Harmonics, cells * coefficients),
+            _ if settings.normal == Normal::Vector => (Kind::Vectors, 3 * cells),
             _ => (Kind::Cells, cells),
         };
         Self {
@@ -116,6 +130,7 @@ pub fn table_bytes(key: &Key, table: &Table) -> Vec<u8> {
     put_u64(&mut content, table.saturated);
     match &table.form {
         Form::Cells(stored) => put_numbers(&mut content, Kind::Cells, stored),
+        Form::Vectors(stored) => put_numbers(&mut content, Kind::Vectors, stored),
         Form::Shells(stored) => put_numbers(&mut content, Kind::Shells, stored),
         Form::Harmonics(stored) => put_numbers(&mut content, Kind::Harmonics, stored),
         Form::Trees { trees, leaves } => {
@@ -146,6 +161,7 @@ fn put_stored(into: &mut Vec<u8>, stored: &Stored) {
         Stored::F16(_) => (1, 0.0),
         Stored::F32(_) => (2, 0.0),
         Stored::F64(_) => (3, 0.0),
+        Stored::Rgb9e5(_) => (4, 0.0),
     };
     into.push(code);
     put_f64(into, step);
@@ -157,6 +173,7 @@ fn put_stored(into: &mut Vec<u8>, stored: &Stored) {
 pub fn raw_numbers(stored: &Stored, into: &mut Vec<u8>) {
     match stored {
         Stored::U8 { steps, .. } => into.extend(steps.as_flattened()),
+        Stored::Rgb9e5(words) => into.extend(words.iter().flat_map(|word| word.to_le_bytes())),
         Stored::F16(all) => into.extend(all.as_flattened().iter().flat_map(|x| x.to_le_bytes())),
         Stored::F32(all) => into.extend(all.as_flattened().iter().flat_map(|x| x.to_le_bytes())),
         Stored::F64(all) => into.extend(all.as_flattened().iter().flat_map(|x| x.to_le_bytes())),
@@ -233,6 +250,7 @@ impl Reader<'_> {
         }
         let form = match expected.kind {
             Kind::Cells => Form::Cells(self.stored(expected, expected.most)?),
+            Kind::Vectors => Form::Vectors(self.stored(expected, expected.most)?),
             Kind::Shells => Form::Shells(self.stored(expected, expected.most)?),
             Kind::Harmonics => Form::Harmonics(self.stored(expected, expected.most)?),
             Kind::Trees => {
@@ -283,11 +301,24 @@ impl Reader<'_> {
                 steps: triples(bytes, |[x]| x),
                 step,
             },
+            Storage::Rgb9e5 => {
+                let words = bytes.chunks_exact(4);
+                Stored::Rgb9e5(
+                    words
+                        .map(|word| word.iter().rev().fold(0, shifted))
+                        .collect(),
+                )
+            }
             Storage::F16 => Stored::F16(triples(bytes, f16::from_le_bytes)),
             Storage::F32 => Stored::F32(triples(bytes, f32::from_le_bytes)),
             Storage::Exact => Stored::F64(triples(bytes, f64::from_le_bytes)),
         })
     }
+}
+
+/// A number with one more byte as its lowest.
+fn shifted(number: u32, byte: &u8) -> u32 {
+    number << 8 | u32::from(*byte)
 }
 
 /// Bytes as triples of numbers of N bytes each.

@@ -22,8 +22,8 @@
 //! | `deposit` | [`deposit`] | `crossing` | mean over the cell, outside of glass |
 //! | `space` | [`cells`], [`tree`] | `grid`, `shells`, `multi-resolution`, `shell-harmonics` | [`crossing`] |
 //! | `region` | [`layout`] | `clamp`, `fade` | cells up to all that is seen |
-//! | `normal` | [`deposit`], [`reads`] | `fixed` | the sensor's |
-//! | `storage` | [`storage`] | `u8`, `f16`, `f32` | `f64` |
+//! | `normal` | [`deposit`], [`reads`] | `fixed`, `vector` | the sensor's |
+//! | `storage` | [`storage`] | `u8`, `rgb9e5`, `f16`, `f32` | `f64` |
 //!
 //! Tables are in the object's own space, so they serve it wherever it is and however it is turned. `shelf`
 //! keeps them in [files](file), and `export` writes them as raw volumes. `ledger` accounts for flux, and says

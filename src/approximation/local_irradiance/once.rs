@@ -84,7 +84,7 @@ impl Run<'_> {
     /// What the sensor reads of each part's samples, if its own normals count.
     fn reads(&mut self, scenery: &Scenery) -> Result<Vec<Vec<Arc<Reads>>>, Error> {
         let settings = self.settings;
-        if settings.normal == Normal::Fixed || settings.space == Space::Exact {
+        if settings.normal != Normal::Exact || settings.space == Space::Exact {
             return Ok(Vec::new());
         }
         self.timed(Step::Normal, |this, _| {

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 
 use super::cells::Cells;
 use super::crossing::OnSensor;
-use super::deposit::{AllCells, ReadCells, Rule, Sums};
+use super::deposit::{AllCells, CellVectors, ReadCells, Rule, Sums};
 use super::directions::Blended;
 use super::grid::Grid;
 use super::lamp::{Lamp, least_rotation};
@@ -16,7 +16,7 @@ use super::object::SpecularObject;
 use super::reads::Reads;
 use super::settings::Settings;
 use super::shoot::{Deposits, Shot, Tally};
-use super::variants::{Deposit, Light, Region, Space, Surroundings};
+use super::variants::{Deposit, Light, Normal, Region, Space, Surroundings};
 use super::work::Work;
 use crate::approximation::SensorFilm;
 use crate::geometry::Geodesic;
@@ -48,7 +48,7 @@ pub struct Lit<'a> {
 /// Where the light of photons goes.
 #[derive(Clone, Copy)]
 pub enum Goal<'a> {
-    /// To all cells.
+    /// To all cells: for surfaces that face the centre, or vectors.
     Cells(&'a Layout),
     /// To what the sensor reads.
     Reads(&'a Layout, &'a Arc<Reads>),
@@ -59,7 +59,7 @@ pub enum Goal<'a> {
 /// Sums of photons with what became of them.
 #[derive(Clone, Debug)]
 pub struct Shed {
-    /// Sums of irradiance by cell or by number; of a sensor its own, by texel.
+    /// Sums of irradiance by cell or by number, or of vectors, three a cell; of a sensor its own, by texel.
     pub values: Vec<[f64; 3]>,
     /// What became of photons.
     pub tally: Tally,
@@ -165,6 +165,14 @@ impl Lit<'_> {
                 let Some(rule) = rule(settings, layout) else {
                     return Ok(empty(0));
                 };
+                if settings.normal == Normal::Vector {
+                    let count = 3 * rule.cells.count();
+                    let new = || CellVectors {
+                        rule: &rule,
+                        sums: Sums::<N>::new(count, rule.bound(flux)),
+                    };
+                    return traced(shot, count, new, |one| one.sums);
+                }
                 let new = || AllCells {
                     rule: &rule,
                     sums: Sums::<N>::new(rule.cells.count(), rule.bound(flux)),
@@ -297,6 +305,7 @@ pub fn adapted_radii(
         shell_level: LEVEL,
         space: Space::Shells,
         region: Region::Clamp,
+        normal: Normal::Fixed,
         ..settings.clone()
     };
     let layout = Layout::new(&pilot, object.radius, &radii, 0.0);

@@ -102,7 +102,7 @@ impl Part {
         let away = point.point.position - object.center;
         let distance = away.length();
         let mut factor = match settings.normal {
-            Normal::Exact => 1.0,
+            Normal::Exact | Normal::Vector => 1.0,
             Normal::Fixed => (-point.normal.dot(away) / distance).max(0.0),
         };
         if settings.region == Region::Fade {
@@ -117,7 +117,7 @@ impl Part {
         for ((blended, map), table) in self.blended.iter().zip(&self.tables) {
             let place = *map * away;
             let normal = match settings.normal {
-                Normal::Exact => *map * point.normal,
+                Normal::Exact | Normal::Vector => *map * point.normal,
                 Normal::Fixed => DVec3::ZERO,
             };
             sum += layout.read(settings, table, [place, normal], &self.row, work) * blended.weight;

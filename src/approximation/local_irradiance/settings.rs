@@ -127,7 +127,8 @@ impl Settings {
                 (
                     self.storage,
                     self.range,
-                    self.directions == Directions::Harmonics
+                    self.directions == Directions::Harmonics,
+                    self.normal == Normal::Vector
                 ),
             )
         )

@@ -7,7 +7,7 @@ use super::layout::kind;
 use super::object::SpecularObject;
 use super::settings::Settings;
 use super::storage::bytes_each;
-use super::variants::{Directions, Noise, Radii, Space, Symmetry, Tables, Tree};
+use super::variants::{Directions, Noise, Normal, Radii, Space, Symmetry, Tables, Tree};
 use crate::run::format::megabytes;
 use crate::scene::{Scene, Sensor};
 
@@ -47,11 +47,17 @@ impl Size {
             _ => all,
         };
         let triangles = 20 << (2 * settings.shell_level);
-        let cells = match kind(settings) {
-            None => texels,
-            Some(Tree::Grid) => u64::from(settings.cells).pow(3),
-            Some(Tree::Shells) => u64::from(settings.shells) * triangles,
+        // A vector has three numbers where irradiance has one.
+        let parts = match (settings.normal, kind(settings)) {
+            (Normal::Vector, Some(_)) => 3,
+            _ => 1,
         };
+        let cells = parts
+            * match kind(settings) {
+                None => texels,
+                Some(Tree::Grid) => u64::from(settings.cells).pow(3),
+                Some(Tree::Shells) => u64::from(settings.shells) * triangles,
+            };
         let coefficients = u64::from(settings.order).pow(2);
         let is_kept = are_kept(settings);
         let is_fitted = is_fitted(settings) && is_kept;

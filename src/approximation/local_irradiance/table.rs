@@ -13,7 +13,7 @@ use super::settings::Settings;
 use super::shoot::Tally;
 use super::storage::Stored;
 use super::tree::Trees;
-use super::variants::{Interpolation, Space};
+use super::variants::{Interpolation, Normal, Space};
 use super::work::Work;
 use crate::radiometry::Rgb;
 
@@ -33,6 +33,8 @@ pub struct Table {
 pub enum Form {
     /// One a cell.
     Cells(Stored),
+    /// Three a cell: the parts of its light's vector irradiance along x, y and z.
+    Vectors(Stored),
     /// One a leaf of trees.
     Trees {
         /// The trees.
@@ -55,6 +57,7 @@ impl Table {
     pub fn bytes(&self) -> u64 {
         match &self.form {
             Form::Cells(stored)
+            | Form::Vectors(stored)
             | Form::Shells(stored)
             | Form::Harmonics(stored)
             | Form::Reads(_, stored) => stored.bytes(),
@@ -65,7 +68,7 @@ impl Table {
 }
 
 impl Layout {
-    /// The table of some values, one a cell: stages `space` and `storage`.
+    /// The table of some values, one a cell or three: stages `space` and `storage`.
     pub fn table(&self, settings: &Settings, values: Vec<[f64; 3]>, tally: Tally) -> Table {
         let store = |values| Stored::new(values, settings.storage, settings.range);
         let (form, saturated) = match (settings.space, &self.cells) {
@@ -80,7 +83,11 @@ impl Layout {
             }
             _ => {
                 let (stored, saturated) = store(values);
-                (Form::Cells(stored), saturated)
+                let form = match settings.normal {
+                    Normal::Vector => Form::Vectors(stored),
+                    Normal::Fixed | Normal::Exact => Form::Cells(stored),
+                };
+                (form, saturated)
             }
         };
         Table {
@@ -132,7 +139,7 @@ impl Layout {
     }
 
     /// The irradiance that a table has at a place for a surface that faces the centre, or for the sensor's
-    /// own normal if the table has those. `row` has the harmonics of the light's direction.
+    /// own normal if the table has those or is for any. `row` has the harmonics of the light's direction.
     #[inline]
     pub fn read(
         &self,
@@ -148,6 +155,17 @@ impl Layout {
                 let stencil = self.stencil(settings, place);
                 sum = stored.sum(stencil.iter().map(|(cell, weight)| (cell as usize, weight)));
                 count(work, stencil.cells().len(), stored);
+            }
+            Form::Vectors(stored) => {
+                let stencil = self.stencil(settings, place);
+                // V, from where E = −N·V on a surface that light meets from one side.
+                for (axis, towards) in [-normal.x, -normal.y, -normal.z].into_iter().enumerate() {
+                    let parts = stencil.iter();
+                    let parts = parts.map(|(cell, weight)| (3 * cell as usize + axis, weight));
+                    sum += stored.sum(parts) * towards;
+                }
+                sum = sum.map(|channel| channel.max(0.0));
+                count(work, 3 * stencil.cells().len(), stored);
             }
             Form::Trees { trees, leaves } => {
                 let stencil = self.stencil(settings, place);

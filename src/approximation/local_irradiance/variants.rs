@@ -123,6 +123,8 @@ words! {
     Normal {
         /// As if all light came from the object's centre
         Fixed = "fixed",
+        /// Any, by the light's mean direction in each cell: vector irradiance
+        Vector = "vector",
         /// The sensor's own
         Exact = "exact",
     }
@@ -133,6 +135,8 @@ words! {
     Storage {
         /// Bytes: 256 steps from 0 to the range
         U8 = "u8",
+        /// Four bytes: mantissas of nine bits with one exponent of five
+        Rgb9e5 = "rgb9e5",
         /// Half floats
         F16 = "f16",
         /// Floats
