@@ -50,7 +50,9 @@ pub use precision::Precision;
 pub use receivers::Receivers;
 pub use sensor::{SensorFilm, SensorPoint, SensorPoints};
 pub use stage::Stage;
-pub use technique::{Frame, Prepared, TableAccount, TableReport, Technique, Twins};
+pub use technique::{
+    Frame, Prepared, TableAccount, TableChoice, TableChoices, TableReport, Technique, Twins,
+};
 
 /// All techniques.
 pub static TECHNIQUES: &[&dyn Technique] = &[

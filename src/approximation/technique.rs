@@ -95,6 +95,27 @@ pub trait Technique: Sync {
         )))
     }
 
+    /// Settings whose tables take up to `bytes` and are likely to err least, by pilots. Settings that were
+    /// typed stay as they are.
+    ///
+    /// # Errors
+    ///
+    /// If the technique makes no tables, or none so small; and as [`prepare`](Self::prepare).
+    fn within_bytes(
+        &self,
+        _scene: &Scene,
+        _sensor: &Sensor,
+        _values: &Values,
+        _bytes: u64,
+        _context: &Context,
+    ) -> Result<TableChoices, Error> {
+        Err(Refusal::new(format!(
+            "{} makes no tables of a size to choose",
+            self.name()
+        ))
+        .into())
+    }
+
     /// What a few photons say of the settings, a line each: what they lose in this scene, and what would do
     /// better. Empty if the technique has no such pilot. It is asked of scenes that the technique
     /// [supports](Self::supports).
@@ -190,6 +211,28 @@ pub struct TableReport {
     pub account: TableAccount,
     /// Oddities.
     pub warnings: Vec<String>,
+}
+
+/// Settings of tables, with what they take and how much they err.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableChoice {
+    /// Settings by key.
+    pub settings: Vec<(&'static str, String)>,
+    /// Bytes of all tables.
+    pub bytes: u64,
+    /// The likely L1 of an image against one without tables' errors, by its light.
+    pub likely: f64,
+    /// The same as measured, where it was.
+    pub measured: Option<f64>,
+}
+
+/// Choices of tables' settings, by their bytes: each errs less than those before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableChoices {
+    /// The choices.
+    pub front: Vec<TableChoice>,
+    /// The number of the one that was asked for.
+    pub chosen: usize,
 }
 
 /// One frame of a technique.

@@ -21,7 +21,7 @@ use crate::scene::{Scene, Sensor};
 /// If the scene cannot be read, the method has no tables for it, or the memory does not suffice.
 pub fn tables(args: &TablesArgs) -> anyhow::Result<Outcome> {
     set_threads(args.threads)?;
-    let method = method(args)?;
+    let mut method = method(args)?;
     let scene = load(&args.scene)?;
     let sensor = sensor(&scene, args.sensor.as_deref())?;
     let context = Context {
@@ -30,6 +30,10 @@ pub fn tables(args: &TablesArgs) -> anyhow::Result<Outcome> {
         ..Context::default()
     };
     progress::stop_on_interrupt(&context.progress)?;
+    if let Some(bytes) = args.bytes {
+        method = chosen(&method, &scene, sensor, (bytes, &context))?;
+    }
+    let method = method.with_all_tables()?;
     method.supports(&scene, sensor)?;
     method.check_memory(&scene, sensor, &context)?;
     eprintln!(
@@ -73,12 +77,42 @@ pub fn tables(args: &TablesArgs) -> anyhow::Result<Outcome> {
     })
 }
 
-/// The technique asked for, or the first that makes tables; all of them.
+/// The method with the settings that err least within some bytes; says what there was to choose from.
+fn chosen(
+    method: &Method,
+    scene: &Scene,
+    sensor: &Sensor,
+    (bytes, context): (u64, &Context),
+) -> anyhow::Result<Method> {
+    let (method, choices) = progress::watch(&context.progress, || {
+        method.within_bytes(scene, sensor, bytes, context)
+    })?;
+    say!("    tables  likely L1  measured  settings");
+    for (index, one) in choices.front.iter().enumerate() {
+        let percent = |error: f64| format!("{:.3} %", 100.0 * error);
+        let settings: Vec<String> = one
+            .settings
+            .iter()
+            .map(|(key, text)| format!("{key}={text}"))
+            .collect();
+        say!(
+            "{} {:>9} {:>9} {:>9}  {}",
+            if index == choices.chosen { '>' } else { ' ' },
+            megabytes(one.bytes),
+            percent(one.likely),
+            one.measured.map_or_else(String::new, percent),
+            settings.join(" ")
+        );
+    }
+    Ok(method)
+}
+
+/// The technique asked for, or the first that makes tables.
 fn method(args: &TablesArgs) -> anyhow::Result<Method> {
     let settings = SettingArgs::default().and(&args.set)?;
     let first = || Method::names_with_tables().first().copied();
     let name = args.method.as_deref().or_else(first).unwrap_or_default();
-    Ok(Method::new(name, &settings)?.with_all_tables()?)
+    Ok(Method::new(name, &settings)?)
 }
 
 fn sensor<'a>(scene: &'a Scene, id: Option<&str>) -> Result<&'a Sensor, Refusal> {

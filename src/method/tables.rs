@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Method;
 use super::entry::Entry;
-use crate::approximation::{TECHNIQUES, TableReport, Technique};
+use crate::approximation::{TECHNIQUES, TableChoices, TableReport, Technique};
 use crate::film::atomic::WriteError;
 use crate::run::{Context, Error, Refusal};
 use crate::scene::{Scene, Sensor};
@@ -65,6 +65,29 @@ impl Method {
                 Self::names_with_tables().join(", ")
             ))),
         }
+    }
+
+    /// The method with the settings whose tables take up to `bytes` and are likely to err least, and all
+    /// choices that it is one of.
+    ///
+    /// # Errors
+    ///
+    /// If it makes no tables, or none so small; and as [`Method::run`].
+    pub(crate) fn within_bytes(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        bytes: u64,
+        context: &Context,
+    ) -> Result<(Self, TableChoices), Error> {
+        let technique = self.with_tables()?;
+        let choices = context
+            .install(|| technique.within_bytes(scene, sensor, &self.values, bytes, context))?;
+        let mut method = self.clone();
+        for (key, text) in &choices.front[choices.chosen].settings {
+            method = method.with(key, text)?;
+        }
+        Ok((method, choices))
     }
 
     /// Makes the tables that its settings ask for. Writes them for other programs if there is a folder for

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
-use nephroid::internals::approximation::local_irradiance::Settings;
+use nephroid::internals::approximation::Technique as _;
 use nephroid::internals::approximation::local_irradiance::cells::Cells;
 use nephroid::internals::approximation::local_irradiance::directions::{Blended, Samples};
 use nephroid::internals::approximation::local_irradiance::layout::Layout;
@@ -13,6 +13,7 @@ use nephroid::internals::approximation::local_irradiance::prepare::{
 };
 use nephroid::internals::approximation::local_irradiance::variants::Space;
 use nephroid::internals::approximation::local_irradiance::work::Work;
+use nephroid::internals::approximation::local_irradiance::{LocalIrradiance, Settings};
 use nephroid::internals::metric::Figure;
 use nephroid::internals::numeric::spherical_harmonics;
 use nephroid::internals::run::{Budget, Context};
@@ -918,6 +919,98 @@ fn approximations_err_less_with_more_cells_and_directions() {
         directions[0] > directions[1] && directions[1] > directions[2],
         "{directions:?}"
     );
+}
+
+#[test]
+fn of_tables_that_take_no_more_bytes_hardly_any_errs_less_than_the_one_that_pilots_choose() {
+    let cube = format!(
+        r#"<shape type="cube" id="block"><transform name="to_world"><scale value="0.6"/>
+           <rotate z="1" angle="20"/></transform>{GLASS}</shape>"#
+    );
+    let scene = over_depth([0.4, 0.2, -0.9], &cube, [1.2, 2.0], 32);
+    let given = [
+        ("storage", "f16"),
+        ("normal", "vector"),
+        ("photons", "32768"),
+    ];
+    let values = crate::support::technique::values(&LocalIrradiance, &given);
+    let truth = truth(&scene, 1e-3);
+    let truth: Vec<f64> = truth.iter().map(|one| one.mean()).collect();
+    let whole = sum(&truth);
+    let context = Context::default();
+    // Every choice that there is, and its bytes and error against beams.
+    let mut all = Vec::new();
+    for frequency in ["1", "2", "4", "8", "16"] {
+        for cells in ["8", "16", "32", "64"] {
+            let own = [("frequency", frequency), ("cells", cells)];
+            let image = texels(&tables(&[&given[..], &own].concat()), &scene);
+            let apart = image.iter().zip(&truth).map(|(a, b)| (a - b).abs());
+            let error = apart.sum::<f64>() / whole;
+            let cells: u64 = cells.parse().unwrap();
+            let frequency: u64 = frequency.parse().unwrap();
+            // Vectors of three colours in halves, at each vertex of the geodesic.
+            let bytes = 18 * cells.pow(3) * (10 * frequency * frequency + 2);
+            all.push((bytes, error));
+        }
+    }
+    for limit in [1_000_000, 8_000_000, 64_000_000, 512_000_000] {
+        let choices = LocalIrradiance.within_bytes(&scene, meter(&scene), &values, limit, &context);
+        let choices = choices.unwrap();
+        let chosen = &choices.front[choices.chosen];
+        assert!(chosen.bytes <= limit, "{chosen:?}");
+        let error = |bytes: u64| {
+            let own = all.iter().filter(|(taken, _)| *taken == bytes);
+            own.fold(f64::INFINITY, |least, (_, error)| least.min(*error))
+        };
+        let found = error(chosen.bytes);
+        let best = all.iter().filter(|(bytes, _)| *bytes <= limit);
+        let best = best.fold(f64::INFINITY, |least, (_, error)| least.min(*error));
+        println!("{limit}: {found} {best} {chosen:?}");
+        // Pilots measure each setting apart from the others, against cells half as wide at best.
+        assert!(
+            found <= 1.25 * best,
+            "{limit}: {found}, the best has {best}"
+        );
+        let measured = chosen.measured.unwrap();
+        assert!(
+            (0.5..2.0).contains(&(measured / chosen.likely)),
+            "{limit}: {chosen:?}"
+        );
+    }
+}
+
+#[test]
+fn choices_by_bytes_keep_what_is_typed_and_refuse_what_is_too_little() {
+    let scene = over_depth(ZENITH, &glass_ball(), [2.0, 2.0], 8);
+    let choose = |given: &[(&str, &str)], bytes: u64| {
+        let given = [&[("photons", "2048")], given].concat();
+        let values = crate::support::technique::values(&LocalIrradiance, &given);
+        LocalIrradiance.within_bytes(&scene, meter(&scene), &values, bytes, &Context::default())
+    };
+    let choices = choose(&[("cells", "12"), ("space", "grid")], 4_000_000).unwrap();
+    let typed = |key: &str, text: &str| {
+        let has = |one: &(&str, String)| one.0 == key && one.1 == text;
+        choices
+            .front
+            .iter()
+            .all(|choice| choice.settings.iter().any(has))
+    };
+    assert!(typed("cells", "12"), "{choices:?}");
+    let grows = choices.front.windows(2);
+    let mut grows =
+        grows.map(|pair| pair[0].bytes < pair[1].bytes && pair[0].likely > pair[1].likely);
+    assert!(grows.all(|one| one), "{choices:?}");
+    let shells = choose(&[("space", "shells"), ("frequency", "2")], 4_000_000).unwrap();
+    let keys = shells.front[0].settings.iter().map(|(key, _)| *key);
+    assert_eq!(
+        keys.collect::<Vec<_>>(),
+        ["frequency", "shell-level", "storage"]
+    );
+    // 12 directions of 8³ cells in three bytes each.
+    let refused = choose(&[], 18_000).unwrap_err().to_string();
+    assert!(refused.contains("18432"), "{refused}");
+    let refused = choose(&[("directions", "harmonics"), ("storage", "f32")], 1 << 30);
+    assert!(refused.unwrap_err().to_string().contains("aligned"));
 }
 
 #[test]

@@ -101,6 +101,35 @@ fn exported_volumes_are_as_long_as_their_description_says() {
 }
 
 #[test]
+fn settings_are_chosen_by_bytes_and_the_tables_made_take_no_more() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("cache");
+    let photons = ["--set", "photons=2048", "--set", "frequency=1"];
+    let made = nephroid(
+        "tables",
+        &cache,
+        &[&photons[..], &["--bytes", "400kB"]].concat(),
+    );
+    let (said, noted) = (text(&made.stdout), text(&made.stderr));
+    assert!(made.status.success(), "{noted}");
+    let chosen: Vec<&str> = said.lines().filter(|line| line.starts_with('>')).collect();
+    // 12 directions of 16³ cells in 4 bytes are 197 kB; twice the cells do not fit.
+    assert_eq!(chosen.len(), 1, "{said}");
+    assert!(chosen[0].contains("cells=16"), "{said}");
+    assert!(said.contains("12 tables made and 0 read"), "{said}");
+    let form = fs::read_dir(cache.join("local-irradiance")).unwrap().next();
+    let files = fs::read_dir(form.unwrap().unwrap().path()).unwrap();
+    let bytes: u64 = files
+        .map(|file| file.unwrap().metadata().unwrap().len())
+        .sum();
+    // A file has 400 bytes around its numbers at most.
+    assert!(bytes <= 400_000 + 12 * 400, "{bytes}");
+    let refused = nephroid("tables", &cache, &["--bytes", "1kB"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("there are no tables of 1000 bytes"));
+}
+
+#[test]
 fn tables_that_cannot_be_are_refused_before_any_photon() {
     let folder = tempfile::tempdir().unwrap();
     let cache = folder.path().join("cache");

@@ -255,6 +255,22 @@ pub fn are_kept(settings: &Settings) -> bool {
         && settings.normal != Normal::Exact
 }
 
+/// Refuses settings that cannot go together, or whose tables do not outlive a frame.
+///
+/// # Errors
+///
+/// Names what is allowed.
+pub fn check_kept(settings: &Settings) -> Result<(), Refusal> {
+    check(settings)?;
+    if are_kept(settings) {
+        return Ok(());
+    }
+    Err(Refusal::new(
+        "with these settings tables are those of one frame, of which nothing is kept: light, scene, directions, \
+         noise, space, region and normal must not be exact",
+    ))
+}
+
 /// The samples that settings ask for.
 ///
 /// # Errors

@@ -305,7 +305,7 @@ impl Reader<'_> {
                 let words = bytes.chunks_exact(4);
                 Stored::Rgb9e5(
                     words
-                        .map(|word| word.iter().rev().fold(0, shifted))
+                        .map(|word| word.iter().rev().copied().fold(0, shifted))
                         .collect(),
                 )
             }
@@ -317,8 +317,8 @@ impl Reader<'_> {
 }
 
 /// A number with one more byte as its lowest.
-fn shifted(number: u32, byte: &u8) -> u32 {
-    number << 8 | u32::from(*byte)
+fn shifted(number: u32, byte: u8) -> u32 {
+    number << 8 | u32::from(byte)
 }
 
 /// Bytes as triples of numbers of N bytes each.

@@ -27,10 +27,11 @@
 //!
 //! Tables are in the object's own space, so they serve it wherever it is and however it is turned. `shelf`
 //! keeps them in [files](file), and `export` writes them as raw volumes. `ledger` accounts for flux, and says
-//! why an image has no light; `size` knows beforehand what tables take.
+//! why an image has no light; `size` knows beforehand what tables take, and `bytes` chooses settings by that.
 //!
 //! The light that it is judged by is all of L S+ D.
 
+mod bytes;
 pub mod cells;
 pub mod chunk;
 pub mod crossing;

@@ -149,7 +149,7 @@ const LEAST_EXPONENT: i32 = -15 - MANTISSA;
 const LARGEST_PACKED: f64 = 65_408.0;
 
 /// Three numbers in four bytes: mantissas of nine bits, red in the lowest, below a shared exponent of five.
-/// The format is that of graphics cards (Khronos, EXT_texture_shared_exponent, whose rounding this is).
+/// The format is that of graphics cards (Khronos, `EXT_texture_shared_exponent`, whose rounding this is).
 /// Negative numbers become 0.
 fn packed(triple: [f64; 3]) -> u32 {
     // NaN becomes 0, too.
@@ -170,7 +170,7 @@ fn packed(triple: [f64; 3]) -> u32 {
 /// The numbers of [`packed`].
 #[inline]
 fn unpacked(word: u32) -> [f64; 3] {
-    let scale = power_of_two((word >> 27) as i32 + LEAST_EXPONENT);
+    let scale = power_of_two((word >> 27).cast_signed() + LEAST_EXPONENT);
     [0, 9, 18].map(|bit| f64::from(word >> bit & 0x1ff) * scale)
 }
 

@@ -7,8 +7,10 @@ use super::scenery::Kept;
 use super::settings::{Settings, TABLE};
 use super::size::Size;
 use super::variants::STAGES;
-use super::{demands, export};
-use crate::approximation::{Frame, Prepared, SensorFilm, Stage, TableReport, Technique, Twins};
+use super::{bytes, demands, export};
+use crate::approximation::{
+    Frame, Prepared, SensorFilm, Stage, TableChoices, TableReport, Technique, Twins,
+};
 use crate::film::atomic::WriteError;
 use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
@@ -86,15 +88,19 @@ impl Technique for LocalIrradiance {
     }
 
     fn keeps_tables(&self, values: &Values) -> Result<(), Refusal> {
-        let settings = Settings::of(values)?;
-        demands::check(&settings)?;
-        if demands::are_kept(&settings) {
-            return Ok(());
-        }
-        Err(Refusal::new(
-            "with these settings tables are those of one frame, of which nothing is kept: light, scene, \
-             directions, noise, space, region and normal must not be exact",
-        ))
+        demands::check_kept(&Settings::of(values)?)
+    }
+
+    fn within_bytes(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        values: &Values,
+        bytes: u64,
+        context: &Context,
+    ) -> Result<TableChoices, Error> {
+        let (settings, given) = (Settings::of(values)?, values.given());
+        bytes::choices(scene, sensor, (&settings, given), bytes, context)
     }
 
     fn keeps_frames(&self, _values: &Values) -> bool {

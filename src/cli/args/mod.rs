@@ -194,6 +194,11 @@ pub struct TablesArgs {
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
+    /// Bytes that all tables may take, e.g. 64MB: of light directions, cells and numbers, pilots choose those
+    /// that err least
+    #[arg(long, value_name = "BYTES", value_parser = parse::parse_bytes)]
+    pub bytes: Option<u64>,
+
     /// Write the tables as raw volumes into this folder, too, with a description: tables.json
     #[arg(long, value_name = "DIR")]
     pub export: Option<PathBuf>,
