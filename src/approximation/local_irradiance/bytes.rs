@@ -37,6 +37,9 @@ const STORAGES: [Storage; 4] = [Storage::U8, Storage::Rgb9e5, Storage::F16, Stor
 /// Photons of the reference by those of a pilot.
 const MORE_PHOTONS: u64 = 8;
 
+/// The part of an error that is left of it at most where more bytes are worth while: pilots know it no better.
+const GAIN: f64 = 0.99;
+
 /// A value of a setting with the error that it makes.
 #[derive(Clone, Copy, Debug)]
 struct Measured<T> {
@@ -308,12 +311,12 @@ fn resolution(settings: &mut Settings) -> &mut u32 {
     }
 }
 
-/// The choices than which none errs less for as many bytes, by their bytes.
+/// The choices than which none errs noticeably less for as many bytes, by their bytes.
 fn front(mut all: Vec<Choice>) -> Vec<Choice> {
     all.sort_by(|a, b| a.bytes.cmp(&b.bytes).then(a.likely.total_cmp(&b.likely)));
     let mut front: Vec<Choice> = Vec::new();
     for one in all {
-        if front.last().is_none_or(|last| one.likely < last.likely) {
+        if front.last().is_none_or(|last| one.likely < GAIN * last.likely) {
             front.push(one);
         }
     }
@@ -346,7 +349,7 @@ mod tests {
             likely,
             measured: None,
         };
-        let all = [(30, 0.1), (10, 0.5), (20, 0.6), (20, 0.4), (30, 0.2)];
+        let all = [(30, 0.1), (10, 0.5), (20, 0.6), (20, 0.4), (30, 0.2), (40, 0.0995)];
         let found = front(all.map(choice).to_vec()).into_iter();
         let found: Vec<(u64, f64)> = found.map(|one| (one.bytes, one.likely)).collect();
         assert_eq!(found, [(10, 0.5), (20, 0.4), (30, 0.1)]);
