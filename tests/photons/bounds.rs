@@ -372,3 +372,24 @@ fn squares_of_z_are_too_large_where_texels_are_chosen_by_their_own_errors() {
         assert!(mean - 4.0 * off > student::moments(31).variance, "{mean}");
     }
 }
+
+/// One photon in each of 32 replicates has no scatter among them, by chance or since Sobol' points are even.
+/// Up to four a replicate, bounds are those of as many photons that scatter as chance has it; of more, the
+/// scatter counts.
+#[test]
+fn contributions_that_replicates_share_evenly_have_the_bounds_of_their_number() {
+    let bounds = Bounds::new(32);
+    let of = |n: u32, variance: f64| {
+        bounds.of(&Sum {
+            total: f64::from(n),
+            variance,
+            contributions: u64::from(n),
+            largest: 1.0,
+        })
+    };
+    for n in [1, 8, 32, 128] {
+        assert_eq!(of(n, 0.0), of(n, f64::from(n)), "{n}");
+    }
+    let [even, scattered] = [0.0, 160.0].map(|variance| of(160, variance));
+    assert!(even[0] > scattered[0] && even[1] < scattered[1]);
+}
