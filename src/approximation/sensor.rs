@@ -167,11 +167,9 @@ impl SensorFilm {
         scene: &'a Scene,
         samples: u32,
     ) -> impl IndexedParallelIterator<Item = (SensorPoints, TraversalCounters)> + 'a {
-        /// Points of a batch: they stay in a core's cache.
-        const BATCH: usize = 1024;
         let [width, height] = self.size();
         let texels = width * height;
-        let batch = (BATCH / (samples * samples) as usize).max(1);
+        let batch = texels_of_batch(samples);
         (0..texels.div_ceil(batch))
             .into_par_iter()
             .map(move |index| {
@@ -229,11 +227,13 @@ impl SensorFilm {
         samples: u32,
         irradiance: impl Fn(&SensorPoint, &mut W) -> Rgb + Sync,
     ) -> (Vec<Rgb>, W, TraversalCounters) {
-        let batches: Vec<(Vec<Rgb>, W, TraversalCounters)> = self
+        let [width, height] = self.size();
+        let mut values = vec![Rgb::BLACK; width * height];
+        let batches: Vec<(W, TraversalCounters)> = self
             .batches(scene, samples)
-            .map(|(found, counters)| {
+            .zip(values.par_chunks_mut(texels_of_batch(samples)))
+            .map(|((found, counters), values)| {
                 let mut work = W::default();
-                let mut values = vec![Rgb::BLACK; found.weights.len()];
                 for point in &found.points {
                     let value = point.measured(irradiance(point, &mut work));
                     values[point.texel - found.first] += value * point.weight;
@@ -243,19 +243,23 @@ impl SensorFilm {
                         *value = *value / *weight;
                     }
                 }
-                (values, work, counters)
+                (work, counters)
             })
             .collect();
         let (mut work, mut counters) = (W::default(), TraversalCounters::default());
-        let [width, height] = self.size();
-        let mut values = Vec::with_capacity(width * height);
-        for (some, done, rays) in batches {
-            values.extend(some);
+        for (done, rays) in batches {
             work += done;
             counters += rays;
         }
         (values, work, counters)
     }
+}
+
+/// Texels of a batch, with so many points along each side.
+fn texels_of_batch(samples: u32) -> usize {
+    /// Points of a batch: they stay in a core's cache.
+    const BATCH: usize = 1024;
+    (BATCH / (samples * samples) as usize).max(1)
 }
 
 /// The midpoint of a cell of a sub-grid of `samples` x `samples` in a texel, in fractions across it.

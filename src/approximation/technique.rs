@@ -72,6 +72,16 @@ pub trait Technique: Sync {
     /// Memory and counted work of a frame and its preparation, before anything is traced.
     fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost;
 
+    /// Memory \[bytes\] of a frame with the light that a pilot finds: at most that of the
+    /// [`cost`](Self::cost).
+    ///
+    /// # Errors
+    ///
+    /// As of a frame.
+    fn pilot(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<u64, Error> {
+        Ok(self.cost(scene, sensor, values).bytes)
+    }
+
     /// Why a run does not fit into `available` bytes, and what would; `None` if only its film matters.
     fn too_large(
         &self,

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::args::{InspectArgs, SettingArgs};
 use super::outcome::Outcome;
+use super::resident::Resident;
 use super::scene::load;
 use crate::geometry::{MeshDiagnostics, Shape};
 use crate::method::Method;
@@ -38,12 +39,54 @@ struct Advice {
     method: &'static str,
     sensor: String,
     cost: Cost,
+    /// The memory of a run.
+    memory: Memory,
     lines: Vec<String>,
+}
+
+/// The memory \[bytes\] that `nephroid render` is likely to have at most, all in all.
+#[derive(Clone, Copy, Serialize)]
+struct Memory {
+    /// Of the program itself, as far as the system says.
+    program: u64,
+    /// Of the scene.
+    scene: u64,
+    /// Of the run, with the layers of light that a pilot finds.
+    run: u64,
+    /// All of it.
+    bytes: u64,
+}
+
+impl Memory {
+    /// That of a run; `before` is what the program had before it read anything.
+    fn of(
+        method: &Method,
+        (scene, sensor): (&Scene, &Sensor),
+        before: Option<Resident>,
+    ) -> anyhow::Result<Self> {
+        let run = method.pilot_bytes(scene, sensor)?;
+        let scene = scene.world().memory_bytes() as u64;
+        // By now all code has run that a run needs, but for that of its own loops.
+        let program = match (before, Resident::now()) {
+            (Some(before), Some(now)) => before.own + now.code,
+            _ => 0,
+        };
+        Ok(Self {
+            program,
+            scene,
+            run,
+            bytes: program + scene + run,
+        })
+    }
 }
 
 impl Advice {
     /// The advice for the method and the sensor that are asked for.
-    fn of(args: &InspectArgs, scene: &Scene) -> anyhow::Result<Option<Self>> {
+    fn of(
+        args: &InspectArgs,
+        scene: &Scene,
+        before: Option<Resident>,
+    ) -> anyhow::Result<Option<Self>> {
         let Some(name) = args.method.as_deref() else {
             return Ok(None);
         };
@@ -60,6 +103,7 @@ impl Advice {
             method: method.name(),
             sensor: sensor.id.clone(),
             cost: method.cost(scene, sensor),
+            memory: Memory::of(&method, (scene, sensor), before)?,
             lines,
         }))
     }
@@ -70,6 +114,15 @@ impl Advice {
             self.method,
             self.sensor,
             told(&self.cost)
+        );
+        let megabytes = |bytes: u64| bytes.div_ceil(1_000_000);
+        say!(
+            "  the program is likely to take {} MB: {} of the run, with the light that a pilot finds; {} of the \
+             scene; {} of its own",
+            megabytes(self.memory.bytes),
+            megabytes(self.memory.run),
+            megabytes(self.memory.scene),
+            megabytes(self.memory.program)
         );
         for line in &self.lines {
             say!("  {line}");
@@ -152,9 +205,10 @@ struct SensorLine<'a> {
 ///
 /// If the scene cannot be read, or the method that is asked for cannot work on it.
 pub fn inspect(args: &InspectArgs) -> anyhow::Result<Outcome> {
+    let before = Resident::now();
     let scene = load(&args.scene).map_err(|error| anyhow::anyhow!(obstacles(&error)))?;
     let mut inspection = Inspection::of(&scene);
-    inspection.advice = Advice::of(args, &scene)?;
+    inspection.advice = Advice::of(args, &scene, before)?;
     if args.json {
         say!("{}", serde_json::to_string_pretty(&inspection)?);
     } else {

@@ -27,6 +27,7 @@ pub mod output;
 pub mod probe;
 pub mod progress;
 pub mod render;
+mod resident;
 pub mod run;
 mod scene;
 pub mod summary;

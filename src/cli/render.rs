@@ -37,7 +37,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     set_threads(args.threads)?;
     let mut context = args.cache.context();
-    context.memory_limit = args.memory.map(|bytes| bytes.saturating_sub(PROGRAM));
+    context.memory_limit = args.memory.map(beside_program);
     progress::stop_on_interrupt(&context.progress)?;
     let extension = if args.shard.is_some() { "shard" } else { "exr" };
     let frames = file::frames(&args.frames)?;
@@ -129,6 +129,11 @@ pub(super) fn read_shard(path: &Path) -> anyhow::Result<Part> {
     let place = || path.display().to_string();
     let file = File::open(path).with_context(place)?;
     Part::read_from(BufReader::new(file)).with_context(place)
+}
+
+/// What a limit on the program's memory \[bytes\] leaves for scene and run.
+pub(super) fn beside_program(limit: u64) -> u64 {
+    limit.saturating_sub(PROGRAM)
 }
 
 /// Uses so many threads, where a number is given.

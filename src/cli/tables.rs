@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::args::{SettingArgs, TablesArgs};
 use super::outcome::Outcome;
 use super::progress;
-use super::render::set_threads;
+use super::render::{beside_program, set_threads};
 use super::scene::load;
 use crate::method::Method;
 use crate::method::sensors::{choose_camera, choose_sensor};
@@ -26,9 +26,10 @@ pub fn tables(args: &TablesArgs) -> anyhow::Result<Outcome> {
     let sensor = sensor(&scene, args.sensor.as_deref())?;
     let context = Context {
         cache: Some(args.cache.clone()),
-        memory_limit: args.memory.map(|megabytes| megabytes * 1_000_000),
+        memory_limit: args.memory.map(beside_program),
         ..Context::default()
     };
+    let context = context.beside(&scene);
     progress::stop_on_interrupt(&context.progress)?;
     if let Some(bytes) = args.bytes {
         method = chosen(&method, &scene, sensor, (bytes, &context))?;

@@ -118,6 +118,19 @@ pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
     write_lazily(path, &LazyImage::from(image))
 }
 
+/// Lines of a block: they are compressed together.
+const LINES: u64 = 16;
+
+/// Memory \[bytes\] in which so many channels are encoded: blocks of `f32` on their way, one more for each
+/// thread and two beside, and of those that are compressed their bytes by significance and the result.
+pub fn encoding_bytes([width, height]: [u64; 2], channels: u64) -> u64 {
+    let threads = std::thread::available_parallelism().map_or(1, |it| it.get() as u64);
+    let blocks = height.div_ceil(LINES);
+    let busy = threads.min(blocks);
+    let block = width * LINES.min(height) * channels * 4;
+    block * ((busy + 2).min(blocks) + 2 * busy)
+}
+
 /// Writes an image as [`write()`] does, computing its samples block by block. Only the blocks that are being
 /// compressed are in memory.
 ///

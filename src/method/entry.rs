@@ -88,6 +88,19 @@ impl Entry {
         }
     }
 
+    /// Memory \[bytes\] of a run with the light that a pilot finds.
+    pub fn pilot_bytes(
+        self,
+        scene: &Scene,
+        sensor: &Sensor,
+        values: &Values,
+    ) -> Result<u64, Error> {
+        match self {
+            Self::Reference(one) => one.pilot(scene, sensor, values),
+            Self::Technique(one) => one.pilot(scene, sensor, values),
+        }
+    }
+
     /// Why a run does not fit into `available` bytes, if the method knows more of it than its film.
     pub fn too_large(
         self,

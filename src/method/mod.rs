@@ -395,6 +395,18 @@ impl Method {
         self.entry.cost(scene, sensor, &self.values)
     }
 
+    /// Memory \[bytes\] of a run with the light that a pilot finds, beside the scene and the program: at most
+    /// that of the [`cost`](Self::cost).
+    ///
+    /// # Errors
+    ///
+    /// If the method cannot work on the scene or the sensor.
+    #[doc(hidden)]
+    pub fn pilot_bytes(&self, scene: &Scene, sensor: &Sensor) -> Result<u64, Error> {
+        self.supports(scene, sensor)?;
+        self.entry.pilot_bytes(scene, sensor, &self.values)
+    }
+
     /// What a pilot of a few photons says of the settings in a scene, a line each; empty for methods without
     /// one.
     ///

@@ -31,6 +31,16 @@ pub(super) trait Reference: Sync {
     /// Memory and counted work of a run.
     fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost;
 
+    /// Memory \[bytes\] of a run whose light is that which a pilot finds: at most that of the
+    /// [`cost`](Self::cost), and nearer to what it takes.
+    ///
+    /// # Errors
+    ///
+    /// As of a run.
+    fn pilot(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<u64, Error> {
+        Ok(self.cost(scene, sensor, values).bytes)
+    }
+
     /// Fills a sensor.
     fn run(&self, job: &Job) -> Result<Rendering, Error>;
 }

@@ -28,7 +28,7 @@ pub(super) fn run(
         }
         None => technique.prepare(scene, sensor, job.values, job.context)?,
     };
-    let frame = prepared.frame(scene, sensor, job.context)?;
+    let mut frame = prepared.frame(scene, sensor, job.context)?;
     // The preparation is work of the first frame.
     let preparation = if is_first {
         prepared.work().to_vec()
@@ -44,19 +44,22 @@ pub(super) fn run(
     } else {
         Quantity::Irradiance
     };
-    let layer = |name| {
-        let mut layer = Layer::dark(name, frame.values.len());
-        layer.values.clone_from(&frame.values);
-        layer.standard_error.fill(Rgb::grey(f64::NAN));
-        layer
+    let values = std::mem::take(&mut frame.values);
+    let texels = values.len();
+    let layer = |name, values| Layer {
+        name,
+        values,
+        standard_error: vec![Rgb::grey(f64::NAN); texels],
+        interval: None,
+        sampling: None,
     };
     let estimate = Estimate {
         quantity,
         width: sensor.film.crop.width as usize,
         height: sensor.film.crop.height as usize,
-        total: layer(LayerName::Total),
-        layers: vec![layer(name(light))],
-        counts: vec![0; frame.values.len()],
+        total: layer(LayerName::Total, values.clone()),
+        layers: vec![layer(name(light), values)],
+        counts: vec![0; texels],
         ledger: Ledger::default(),
         paths: frame.counters.get(technique.unit()),
         counters: TraversalCounters {

@@ -111,6 +111,24 @@ impl Sensor {
         ]
     }
 
+    /// The same view on fewer pixels: at most so many along the longer side of the crop.
+    pub(crate) fn shrunk_to(&self, side: u32) -> Self {
+        let Crop { width, height, .. } = self.film.crop;
+        let by = width.max(height).div_ceil(side.max(1)).max(1);
+        let less = |pixels: u32| pixels.div_ceil(by);
+        let mut small = self.clone();
+        let film = &mut small.film;
+        (film.width, film.height) = (less(film.width), less(film.height));
+        let offset = |at: u32, kept: u32, all: u32| (at / by).min(all - less(kept).min(all));
+        film.crop = Crop {
+            offset_x: offset(film.crop.offset_x, width, film.width),
+            offset_y: offset(film.crop.offset_y, height, film.height),
+            width: less(width).min(film.width),
+            height: less(height).min(film.height),
+        };
+        small
+    }
+
     /// True if it sees surfaces from afar, rather than measuring on one.
     #[doc(hidden)]
     pub fn is_camera(&self) -> bool {

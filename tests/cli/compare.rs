@@ -432,3 +432,42 @@ fn what_cannot_be_compared_is_an_error_of_code_2_that_names_the_place() {
         assert_eq!(text(&output.stdout), "");
     }
 }
+
+/// Texels of few samples, by the bounds that go with them, are counted apart, and the table says so.
+#[test]
+fn values_of_few_samples_are_told_beside_the_tests() {
+    let folder = Folder::new();
+    let photons = |seed: f64| {
+        let mut image = Image::new(SIZE, SIZE);
+        // A tenth of the texels have a standard error of a third, and so (E / σ)² = 9; the others 2 %.
+        let error = |i: usize| {
+            if i.is_multiple_of(10) {
+                1.0 / 3.0
+            } else {
+                0.02
+            }
+        };
+        let scaled = |part: &dyn Fn(usize) -> f64| -> Vec<[f64; 3]> {
+            (0..SIZE * SIZE)
+                .map(|i| light(i).map(|v| v * part(i)))
+                .collect()
+        };
+        image.add_rgb("E", &scaled(&|i| 1.0 + seed * error(i)));
+        image.add_rgb("E.stderr", &scaled(&error));
+        image.add_rgb("E.lo", &scaled(&|i| 1.0 - 3.0 * error(i)));
+        image.add_rgb("E.hi", &scaled(&|i| 1.0 + 3.0 * error(i)));
+        image.add_metadata("confidence", "0.999");
+        image.add_metadata("settings", r#"{"replicates":32}"#);
+        image
+    };
+    folder.write("a.exr", &photons(0.3));
+    folder.write("b.exr", &photons(-0.3));
+    let few = SIZE * SIZE / 10 * 3;
+    let (report, _) = folder.json(&["a.exr", "b.exr"]);
+    let found = &report["layers"][0]["significance"];
+    assert_eq!(found["few"], few);
+    assert_eq!(found["tests"], SIZE * SIZE * 3 - few);
+    let said = text(&folder.compare(&["a.exr", "b.exr"]).stdout);
+    let note = format!("E: {few} values of few samples are judged by their bounds");
+    assert!(said.contains(&note), "{said}");
+}

@@ -144,7 +144,7 @@ fn tables_that_cannot_be_are_refused_before_any_photon() {
         ),
         (&["--set", "light=exact"], "those of one frame"),
         (
-            &["--set", "frequency=64", "--memory", "100"],
+            &["--set", "frequency=64", "--memory", "100MB"],
             "what would fit: ",
         ),
     ] {

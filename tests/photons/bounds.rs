@@ -278,3 +278,118 @@ fn films_of_photons_are_compared_by_bounds_where_photons_are_few_and_by_standard
         tests.mean_square_z
     );
 }
+
+/// Sums over replicates of contributions that arrive by chance, as many as `expected` in the mean: T, the
+/// square of its standard error, and whether there is one.
+fn simulated(
+    random: &mut Random,
+    expected: f64,
+    weight: fn(&mut Random) -> f64,
+) -> Option<[f64; 2]> {
+    const REPLICATES: usize = 32;
+    let mut sums = [0.0; REPLICATES];
+    for _ in 0..arrivals(random, expected) {
+        let replicate = (random.uniform() * REPLICATES as f64) as usize;
+        sums[replicate] += weight(random);
+    }
+    let r = REPLICATES as f64;
+    let total: f64 = sums.iter().sum();
+    let squares: f64 = sums.iter().map(|sum| sum * sum).sum();
+    let variance = (squares - total * total / r) * r / (r - 1.0);
+    (variance > 0.0).then_some([total, variance])
+}
+
+/// Of a skewed variable T and its error σ from n replicates, E z² = ν/(ν − 2) + 2 γ², with γ the skewness of
+/// T, to first order in γ² (Hall 1992, *The Bootstrap and Edgeworth Expansion*, section 2.6). A compound
+/// Poisson sum has γ² = s/k, k = (E T)²/σ² and s = (E w)² (E w³)²/(E w²)⁴: 1 for equal weights, 9/4 for
+/// exponential ones.
+#[test]
+fn squares_of_z_are_too_large_by_the_skewness_of_few_contributions() {
+    const TRIALS: u32 = 60_000;
+    type Weight = fn(&mut Random) -> f64;
+    let cases: [(&str, f64, f64, Weight); 2] = [
+        ("equal", 1.0, 1.0, |_| 1.0),
+        ("exponential", 2.0, 2.25, |random| {
+            -(1.0 - random.uniform()).ln()
+        }),
+    ];
+    let mut random = Random(7);
+    for (name, square, skew, weight) in cases {
+        for k in [50.0, 100.0] {
+            let expected = k * square;
+            let squares: Vec<f64> = (0..TRIALS)
+                .filter_map(|_| simulated(&mut random, expected, weight))
+                .map(|[total, variance]| (total - expected) * (total - expected) / variance)
+                .collect();
+            let count = squares.len() as f64;
+            let mean = squares.iter().sum::<f64>() / count;
+            let scatter = squares
+                .iter()
+                .map(|it| (it - mean) * (it - mean))
+                .sum::<f64>();
+            let off = (scatter / count / count).sqrt();
+            let said = student::moments(31).variance + 2.0 * skew / k;
+            println!("{name}, k = {k}: {mean:.3} ± {off:.3}, {said:.3} by the skewness");
+            // The next order is (γ²)², with a factor of a few.
+            let next = 4.0 * (skew / k) * (skew / k);
+            assert!(
+                (mean - said).abs() < 4.0 * off + next,
+                "{name}, {k}: {mean}, {said}"
+            );
+        }
+    }
+}
+
+/// Texels are chosen by (T/σ)² with σ as it is found. Where texels of k thin out as 1/k from one size of k to
+/// the next, those that are chosen have σ too small more often than too large: E z² = ν/(ν − 4), whatever the
+/// threshold.
+#[test]
+fn squares_of_z_are_too_large_where_texels_are_chosen_by_their_own_errors() {
+    const TRIALS: u32 = 150_000;
+    let mut random = Random(11);
+    for threshold in [60.0, 120.0] {
+        let (mut count, mut sum, mut fourth) = (0.0, 0.0, 0.0);
+        for _ in 0..TRIALS {
+            // From far below the threshold, so that all that may be chosen are there.
+            let k = 0.25 * threshold / (1.0 - 0.98 * random.uniform());
+            let Some([total, variance]) = simulated(&mut random, k, |_| 1.0) else {
+                continue;
+            };
+            if total * total >= threshold * variance {
+                let square = (total - k) * (total - k) / variance;
+                (count, sum, fourth) = (count + 1.0, sum + square, fourth + square * square);
+            }
+        }
+        let mean: f64 = sum / count;
+        let off = ((fourth / count - mean * mean) / count).sqrt();
+        let said = 31.0 / 27.0;
+        println!("from {threshold}: {mean:.3} ± {off:.3} of {count}, {said:.3} by the choice");
+        // T takes part in the choice, too, and is skewed: a few times 1/k.
+        assert!(
+            (mean - said).abs() < 4.0 * off + 3.0 / threshold,
+            "{mean}, {said}"
+        );
+        assert!(mean - 4.0 * off > student::moments(31).variance, "{mean}");
+    }
+}
+
+/// One photon in each of 32 replicates has no scatter among them, by chance or since Sobol' points are even.
+/// Up to four a replicate, bounds are those of as many photons that scatter as chance has it; of more, the
+/// scatter counts.
+#[test]
+fn contributions_that_replicates_share_evenly_have_the_bounds_of_their_number() {
+    let bounds = Bounds::new(32);
+    let of = |n: u32, variance: f64| {
+        bounds.of(&Sum {
+            total: f64::from(n),
+            variance,
+            contributions: u64::from(n),
+            largest: 1.0,
+        })
+    };
+    for n in [1, 8, 32, 128] {
+        assert_eq!(of(n, 0.0), of(n, f64::from(n)), "{n}");
+    }
+    let [even, scattered] = [0.0, 160.0].map(|variance| of(160, variance));
+    assert!(even[0] > scattered[0] && even[1] < scattered[1]);
+}

@@ -91,6 +91,9 @@ pub fn photons(tracer: &Tracer, shift: DVec2) -> Traced {
         .map(|tile| through_stages(tracer, shift, [tile % tiles, tile / tiles]))
         .collect();
     let mut all = Traced::none(tracer.maps.len());
+    for (map, photons) in all.photons.iter_mut().enumerate() {
+        photons.reserve_exact(done.iter().map(|traced| traced.photons[map].len()).sum());
+    }
     // In the order of tiles: sums of flux are the same bits on any threads.
     for traced in done {
         for (all, photons) in all.photons.iter_mut().zip(traced.photons) {

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::DVec2;
 
-use super::buffers::{Backs, takes_part};
+use super::buffers::{Back, Backs, takes_part};
 use super::darkness;
 use super::demands::MAPS;
 use super::footprint::deal_beams;
@@ -29,7 +29,8 @@ use crate::approximation::{DepthMap, ExactFilm, Extent, Frame, LightView, Receiv
 use crate::geometry::Bounds;
 use crate::numeric::math;
 use crate::radiometry::Rgb;
-use crate::run::{Error, Progress};
+use crate::run::cost::TRIPLE;
+use crate::run::{Error, Progress, Refusal};
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
 
@@ -119,7 +120,7 @@ impl Clocked for Pipeline<'_> {
     }
 }
 
-impl<'a> Pipeline<'a> {
+impl Pipeline<'_> {
     /// Where in its pixel a frame's photons are, as a shift from the middle: the additive sequence of the
     /// plastic number (Roberts 2018), whose first points cover a square evenly.
     fn shift(frame: u32) -> DVec2 {
@@ -128,27 +129,8 @@ impl<'a> Pipeline<'a> {
         (step * f64::from(frame) + 0.5).fract() - 0.5
     }
 
-    /// What is specular, and what receives.
-    fn targets(&self) -> [Vec<Extent<'a>>; 2] {
-        let shapes = self.scene.world().shapes();
-        let (mut specular, mut receiving) = (Vec::new(), Vec::new());
-        for (index, shape) in (0_u32..).zip(shapes) {
-            let material = self.scene.material_of(index);
-            if takes_part(self.scene, material, self.mode) {
-                specular.push(Extent::of(shape));
-            }
-            let measured = self.film.shape();
-            let receives =
-                measured.map_or_else(|| is_diffuse(self.scene, material), |shape| shape == index);
-            if receives {
-                receiving.push(Extent::of(shape));
-            }
-        }
-        [specular, receiving]
-    }
-
     fn frame(&mut self, sources: &[Source], frame: u32) -> Result<Vec<Rgb>, Error> {
-        let [specular, receiving] = self.targets();
+        let [specular, receiving] = targets(self.scene, self.mode, self.film.shape());
         let all = [&specular[..], &receiving[..]].concat();
         let refractor = specular
             .iter()
@@ -163,15 +145,17 @@ impl<'a> Pipeline<'a> {
         // twice a sphere.
         let total = 2.0 * total;
         let largest = total * self.film.largest_factor(self.scene);
-        let film = ExactFilm::new(self.film.size(), largest)?;
+        // Look-ups that read maps need no sums by texel, but flux that can be summed.
+        let summed = match settings.lookup {
+            Lookup::Exact => self.film.size(),
+            Lookup::Nearest | Lookup::Bilinear => [0; 2],
+        };
+        let film = ExactFilm::new(summed, largest)?;
         let shift = Self::shift(frame);
         let mut maps = Vec::new();
         for source in sources {
             let views = LightView::around(source, &all, settings.map);
-            let photon_views = match settings.frustum {
-                Frustum::Scene => LightView::around(source, &all, settings.photons),
-                Frustum::Object => LightView::around(source, &specular, settings.photons),
-            };
+            let photon_views = photon_views(settings, source, &all, &specular);
             let depths = self.depth_maps(&views);
             let lights: Vec<Light> = photon_views
                 .iter()
@@ -277,9 +261,7 @@ impl<'a> Pipeline<'a> {
     /// The receivers' depths in each view, where a stage reads them: marches do, and look-ups where receivers
     /// may hide one another.
     fn depth_maps(&mut self, views: &[LightView]) -> Vec<DepthMap> {
-        let is_marched = matches!(self.settings.hit, Hit::DepthMap | Hit::FixedPoint);
-        let is_tested = self.settings.lookup != Lookup::Exact && self.receivers.may_hide();
-        if !is_marched && !is_tested {
+        if !reads_depths(self.settings, &self.receivers) {
             return Vec::new();
         }
         self.timed(Step::View, |this, work| {
@@ -354,7 +336,11 @@ impl<'a> Pipeline<'a> {
         for light in lights {
             let (some, one) = self.photons(light, shift);
             for (all, some) in photons.iter_mut().zip(some) {
-                all.extend(some);
+                if all.is_empty() {
+                    *all = some;
+                } else {
+                    all.extend(some);
+                }
             }
             tally += one;
         }
@@ -414,9 +400,7 @@ impl<'a> Pipeline<'a> {
 
     /// The picture of back faces, where refraction reads it.
     fn backs(&mut self, light: &Light, shift: DVec2) -> Backs {
-        let is_read =
-            self.mode == Mode::Refraction && self.settings.refraction == Refraction::ImageSpace;
-        if !is_read {
+        if !reads_backs(self.settings, self.mode) {
             return Backs::default();
         }
         self.timed(Step::View, |this, work| {
@@ -442,6 +426,146 @@ impl<'a> Pipeline<'a> {
         }
         (traced.photons, traced.tally)
     }
+}
+
+/// What is specular, and what receives: the shape that is measured on, or all that a camera may see.
+fn targets(scene: &Scene, mode: Mode, measured: Option<u32>) -> [Vec<Extent<'_>>; 2] {
+    let shapes = scene.world().shapes();
+    let (mut specular, mut receiving) = (Vec::new(), Vec::new());
+    for (index, shape) in (0_u32..).zip(shapes) {
+        let material = scene.material_of(index);
+        if takes_part(scene, material, mode) {
+            specular.push(Extent::of(shape));
+        }
+        if measured.map_or_else(|| is_diffuse(scene, material), |shape| shape == index) {
+            receiving.push(Extent::of(shape));
+        }
+    }
+    [specular, receiving]
+}
+
+/// The views of a light's photon buffers.
+fn photon_views(
+    settings: &Settings,
+    source: &Source,
+    all: &[Extent],
+    specular: &[Extent],
+) -> Vec<LightView> {
+    match settings.frustum {
+        Frustum::Scene => LightView::around(source, all, settings.photons),
+        Frustum::Object => LightView::around(source, specular, settings.photons),
+    }
+}
+
+/// A light's buffers.
+#[derive(Clone, Copy, Debug)]
+pub struct LightBuffers {
+    /// Its caustic maps.
+    pub maps: u64,
+    /// Pixels of its photon buffers that specular objects may be in: photons that may land.
+    pub photons: u64,
+    /// Those of the largest of its buffers.
+    pub largest: u64,
+}
+
+/// The buffers of all lights, as far as geometry tells.
+///
+/// # Errors
+///
+/// As [`sources`].
+pub fn buffers(
+    settings: &Settings,
+    mode: Mode,
+    scene: &Scene,
+    measured: Option<u32>,
+) -> Result<Vec<LightBuffers>, Refusal> {
+    let [specular, receiving] = targets(scene, mode, measured);
+    let all = [&specular[..], &receiving[..]].concat();
+    let refractor = specular
+        .iter()
+        .fold(Bounds::EMPTY, |all, one| all.union(one.bounds()));
+    let of_source = |source: &Source| {
+        let pixels = photon_views(settings, source, &all, &specular)
+            .iter()
+            .map(|view| {
+                let [low, high] = view.window(&refractor);
+                // Centres on a border count on both sides.
+                let size = (high - low).max(DVec2::ZERO).ceil() + 1.0;
+                let side = view.side() as u64;
+                (size.x as u64).min(side) * (size.y as u64).min(side)
+            })
+            .collect::<Vec<u64>>();
+        LightBuffers {
+            maps: LightView::around(source, &all, settings.map).len() as u64,
+            photons: pixels.iter().sum(),
+            largest: pixels.iter().copied().max().unwrap_or(0),
+        }
+    };
+    Ok(sources(scene, MAPS)?.iter().map(of_source).collect())
+}
+
+/// Whether the receivers' depths are read: marches do, and look-ups where receivers may hide one another.
+fn reads_depths(settings: &Settings, receivers: &Receivers) -> bool {
+    let is_marched = matches!(settings.hit, Hit::DepthMap | Hit::FixedPoint);
+    is_marched || settings.lookup != Lookup::Exact && receivers.may_hide()
+}
+
+/// Whether the picture of back faces is read.
+fn reads_backs(settings: &Settings, mode: Mode) -> bool {
+    mode == Mode::Refraction && settings.refraction == Refraction::ImageSpace
+}
+
+/// Memory \[bytes\] that the stages take beside the film's values, for these buffers.
+pub fn bytes_of_stages(
+    settings: &Settings,
+    mode: Mode,
+    scene: &Scene,
+    texels: u64,
+    lights: &[LightBuffers],
+) -> u64 {
+    let square = |side: u32| u64::from(side).pow(2);
+    let (pixels, map) = (square(settings.photons), square(settings.map));
+    let depths = if reads_depths(settings, &Receivers::new(scene)) {
+        pixels * size_of::<f64>() as u64
+    } else {
+        0
+    };
+    let backs = if reads_backs(settings, mode) {
+        pixels * size_of::<Option<Back>>() as u64
+    } else {
+        0
+    };
+    let is_exact = settings.splat == Splat::Exact;
+    let is_direct = is_exact && settings.lookup == Lookup::Exact;
+    let summed = if settings.lookup == Lookup::Exact {
+        // As integers, and read.
+        2 * TRIPLE * texels
+    } else {
+        0
+    };
+    // Photons are there in tiles and joined, on each map.
+    let photon = if is_exact {
+        0
+    } else {
+        size_of::<Photon>() as u64
+    };
+    // Flux as integers and read, or a splat's levels: 1 + 1/4 + 1/16 ..., and their sum.
+    let drawing = match settings.splat {
+        Splat::Exact | Splat::Mip | Splat::MipSplat | Splat::MultiResolution => 2,
+        Splat::Fixed | Splat::ThinLens | Splat::ThickLens | Splat::TwoCurvatures => 1,
+    } * TRIPLE
+        * map;
+    let (mut kept, mut most) = (0, 0);
+    for light in lights {
+        let traced = backs + photon * light.maps * (light.photons + light.largest);
+        let drawn = photon * light.maps * light.photons + drawing;
+        most = most.max(kept + light.maps * depths + traced.max(drawn));
+        if !is_direct {
+            // A map keeps depths of its own.
+            kept += light.maps * (TRIPLE * map + depths);
+        }
+    }
+    summed + most.max(kept)
 }
 
 /// A light's photon buffer.

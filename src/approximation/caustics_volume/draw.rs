@@ -28,34 +28,39 @@ pub fn draw(scene: &Scene, film: &SensorFilm, discs: &[Disc], work: &mut Work) -
         .iter()
         .map(|disc| (disc.center, disc.half()))
         .collect();
-    let (tiles, done): (Vec<Vec<Rgb>>, Vec<Work>) = (0..columns * height.div_ceil(TILE))
-        .into_par_iter()
-        .map(|index| {
-            let place = [index % columns * TILE, index / columns * TILE];
-            let mut work = Work::default();
-            let mut tile = Tile::new(scene, film, place, &mut work);
-            let all: Vec<u32> = match tile.reach([0, 0], TILE) {
-                Some(reach) => near(&reach, 0..discs.len() as u32, &boxes),
-                None => Vec::new(),
-            };
-            tile.descend([0, 0], TILE, (discs, &boxes), &all, &mut work);
-            (tile.values, work)
-        })
-        .unzip();
-    for one in done {
-        *work += one;
-    }
     let mut values = vec![Rgb::BLACK; width * height];
-    let bands = values.par_chunks_mut(TILE * width);
-    bands
-        .zip(tiles.par_chunks(columns))
-        .for_each(|(band, tiles)| {
+    // Tiles of a band are there at the same time, not those of all.
+    let done: Vec<Work> = values
+        .par_chunks_mut(TILE * width)
+        .enumerate()
+        .map(|(row, band)| {
+            let drawn = |column: usize| {
+                let mut work = Work::default();
+                let mut tile = Tile::new(scene, film, [column * TILE, row * TILE], &mut work);
+                let all: Vec<u32> = match tile.reach([0, 0], TILE) {
+                    Some(reach) => near(&reach, 0..discs.len() as u32, &boxes),
+                    None => Vec::new(),
+                };
+                tile.descend([0, 0], TILE, (discs, &boxes), &all, &mut work);
+                (tile.values, work)
+            };
+            let (tiles, done): (Vec<Vec<Rgb>>, Vec<Work>) =
+                (0..columns).into_par_iter().map(drawn).unzip();
             for (row, line) in band.chunks_mut(width).enumerate() {
-                for (part, tile) in line.chunks_mut(TILE).zip(tiles) {
+                for (part, tile) in line.chunks_mut(TILE).zip(&tiles) {
                     part.copy_from_slice(&tile[row * part.len()..][..part.len()]);
                 }
             }
-        });
+            let mut work = Work::default();
+            for one in done {
+                work += one;
+            }
+            work
+        })
+        .collect();
+    for one in done {
+        *work += one;
+    }
     values
 }
 

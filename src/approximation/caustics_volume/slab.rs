@@ -34,8 +34,13 @@ impl Passed {
 
     /// What became of more photons, after these.
     pub fn append(&mut self, other: Self) {
+        // The first of several is not copied.
+        if self.landed.capacity() == 0 {
+            self.landed = other.landed;
+        } else {
+            self.landed.extend(other.landed);
+        }
         self.out.extend(other.out);
-        self.landed.extend(other.landed);
         self.tally += other.tally;
         for (sum, one) in self.work.iter_mut().zip(other.work) {
             *sum += one;

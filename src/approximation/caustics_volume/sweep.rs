@@ -49,6 +49,7 @@ pub fn in_chunks<T: Sync>(all: &[T], each: impl Fn(&T, &mut Passed) + Sync) -> P
         .par_chunks(CHUNK)
         .map(|chunk| {
             let mut passed = Passed::default();
+            passed.out.reserve_exact(chunk.len());
             for one in chunk {
                 each(one, &mut passed);
             }
@@ -56,6 +57,9 @@ pub fn in_chunks<T: Sync>(all: &[T], each: impl Fn(&T, &mut Passed) + Sync) -> P
         })
         .collect();
     let mut all = Passed::default();
+    let count = |of: fn(&Passed) -> usize| chunks.iter().map(of).sum();
+    all.out.reserve_exact(count(|one| one.out.len()));
+    all.landed.reserve_exact(count(|one| one.landed.len()));
     for one in chunks {
         all.append(one);
     }

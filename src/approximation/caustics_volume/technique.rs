@@ -2,16 +2,20 @@
 
 use std::time::Instant;
 
+use glam::DVec3;
+
 use super::advice::Pilot;
+use super::cuboid::Face;
 use super::demands::{Volume, check, is_specular};
 use super::ellipse::PLACE_BYTES;
-use super::photon::{Landing, PHOTON_BYTES, Photon};
+use super::photon::{Landing, Photon};
 use super::run::{Kept, run};
 use super::settings::{Settings, TABLE};
 use super::splat::Disc;
 use super::variants::{Interface, Layers, STAGES, Splat, Step, Update};
 use super::warnings::{idle, on_shapes};
 use crate::approximation::{Frame, Prepared, SensorFilm, Stage, Technique, Twins};
+use crate::run::cost::{TRIPLE, of_frame, texels};
 use crate::run::{Context, Cost, Counter, Error, Light, Refusal, StageWork};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values, Words};
@@ -75,18 +79,20 @@ impl Technique for CausticsVolume {
     }
 
     fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
-        /// A triple of `f64`.
-        const TRIPLE: u64 = 24;
         /// A texel of a picture, as it is kept.
         const TEXEL: u64 = 12;
         /// A triangle as it is drawn.
         const ITEM: u64 = 96;
+        /// Bytes of `T`.
+        const fn bytes<T>() -> u64 {
+            size_of::<T>() as u64
+        }
         let Ok(settings) = Settings::of(values) else {
             return Cost::default();
         };
-        let texels = u64::from(sensor.film.crop.width) * u64::from(sensor.film.crop.height);
-        // Values twice, points of tiles, exact sums, the estimate's two layers and files.
-        let film = texels * (2 * TRIPLE + TRIPLE + 4 * TRIPLE + 6 * TRIPLE);
+        let texels = texels(sensor);
+        // Values, and exact sums, or smoothed ones.
+        let film = texels * 2 * TRIPLE;
         let layers = match settings.layers {
             Layers::NearFar => 2,
             Layers::Peel => u64::from(settings.peels),
@@ -95,12 +101,14 @@ impl Technique for CausticsVolume {
         let pictures = u64::from(settings.slabs) * layers + 6;
         let side = u64::from(settings.g_buffer).pow(2);
         let photons = u64::from(settings.photons);
-        let states = match settings.update {
-            Update::Full => 4,
-            Update::Changed => 4 + u64::from(settings.slabs),
+        // The queue before each slab is kept, with what landed by then, for the frame after.
+        let queue = bytes::<Photon>() + bytes::<Landing>();
+        let queues = match settings.update {
+            Update::Full => 0,
+            Update::Changed => u64::from(settings.slabs) + 1,
         };
         // Landings of frames before.
-        let states = states + u64::from(settings.shares > 1 || settings.amortise > 0);
+        let before = u64::from(settings.shares > 1 || settings.amortise > 0) * bytes::<Landing>();
         // Photons that part in two or three.
         let ways = match settings.interface {
             Interface::Exact => 3,
@@ -111,28 +119,36 @@ impl Technique for CausticsVolume {
         };
         let photons = photons * ways;
         let tiles = 24 * u64::from(settings.g_buffer.div_ceil(settings.tile)).pow(2);
-        let photon = states * (size_of::<Photon>() + size_of::<Landing>()) as u64
-            + (size_of::<Landing>() + size_of::<Disc>() + 64) as u64
-            + if settings.splat == Splat::Ellipses {
-                PLACE_BYTES
-            } else {
-                0
-            }
-            + PHOTON_BYTES;
+        // A pass has photons before a slab, in chunks and joined as they leave it, and before the next one.
+        // Of the projectors' pass photons land, in chunks and joined. Then landings are drawn.
+        let out = bytes::<(Face, Photon)>();
+        let pass = 2 * bytes::<Photon>() + 2 * out;
+        let landing = bytes::<Photon>() + 2 * bytes::<Landing>();
+        let drawing = bytes::<Landing>() + bytes::<Disc>() + 2 * bytes::<DVec3>();
+        let places = if settings.splat == Splat::Ellipses {
+            PLACE_BYTES
+        } else {
+            0
+        };
+        let kept = photons * (queues * queue + before);
+        let photon = pass.max(landing).max(drawing + places);
         let triangles: usize = (scene.world().shapes().iter())
             .map(|shape| match shape {
                 crate::geometry::Shape::Mesh(mesh) => mesh.triangle_count(),
                 _ => 2,
             })
             .sum();
+        let pictures = pictures * side * TEXEL;
+        let stages = film
+            .saturating_add(pictures + kept)
+            .saturating_add(photons * photon + tiles)
+            .saturating_add(triangles as u64 * ITEM);
+        let beside = kept + if queues > 0 { pictures } else { 0 };
         Cost {
-            bytes: film
-                .saturating_add(pictures * side * TEXEL)
-                .saturating_add(photons * photon + tiles)
-                .saturating_add(triangles as u64 * ITEM),
+            bytes: of_frame(sensor, stages, beside),
             work: vec![
                 Counter::new("photons", u64::from(settings.photons)),
-                Counter::new("texels", pictures * side),
+                Counter::new("texels", pictures / TEXEL),
                 Counter::new("passes", u64::from(settings.slabs) + 1),
             ],
         }

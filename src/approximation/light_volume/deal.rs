@@ -78,6 +78,7 @@ pub fn deal(
     triangles.dedup();
     let done: Vec<Work> = triangles
         .par_iter()
+        .filter(|_| !shading.lit.progress.is_stopped())
         .filter_map(|&triangle| {
             let whole = shading.lit.whole(triangle, vertices)?;
             Some(dealing.triangle(&whole))

@@ -42,30 +42,51 @@ pub fn gather(shading: &Shading, drawn: &[Drawn], film: &SensorFilm, samples: u3
     let search = BeamSearch::new(drawn, shading.lit.slicing.bottom());
     let side = TILE / samples as usize;
     let columns = width.div_ceil(side);
-    let tiles: Vec<(Tile, ShadeWork)> = (0..columns * height.div_ceil(side))
-        .into_par_iter()
-        .map(|index| {
-            let place = [index % columns * side, index / columns * side];
-            let mut points = TilePoints::new(shading, film, place, samples as usize);
-            let work = points.gather(shading, &search, drawn);
-            (points.averages(shading), work)
+    let mut values = vec![Rgb::BLACK; width * height];
+    // Tiles of a band are there at the same time, not those of all.
+    let bands: Vec<(ShadeWork, TraversalCounters)> = values
+        .par_chunks_mut(side * width)
+        .enumerate()
+        .map(|(row, band)| {
+            let tile = |column: usize| {
+                let place = [column * side, row * side];
+                if shading.lit.progress.is_stopped() {
+                    let size = size_of(film, place, side);
+                    return (Tile::dark(size), ShadeWork::default());
+                }
+                let mut points = TilePoints::new(shading, film, place, samples as usize);
+                let work = points.gather(shading, &search, drawn);
+                (points.averages(shading), work)
+            };
+            let tiles: Vec<(Tile, ShadeWork)> = (0..columns).into_par_iter().map(tile).collect();
+            let (mut work, mut views) = (ShadeWork::default(), TraversalCounters::default());
+            for (column, (tile, done)) in tiles.into_iter().enumerate() {
+                work += done;
+                views += tile.views;
+                let lines = tile.values.chunks(tile.columns);
+                for (line, values) in band.chunks_mut(width).zip(lines) {
+                    line[column * side..][..values.len()].copy_from_slice(values);
+                }
+            }
+            (work, views)
         })
         .collect();
     let mut gathered = Gathered {
-        values: vec![Rgb::BLACK; width * height],
+        values,
         work: ShadeWork::default(),
         views: TraversalCounters::default(),
     };
-    for (index, (tile, work)) in tiles.into_iter().enumerate() {
+    for (work, views) in bands {
         gathered.work += work;
-        gathered.views += tile.views;
-        let place = [index % columns * side, index / columns * side];
-        for (row, values) in tile.values.chunks(tile.columns).enumerate() {
-            let start = (place[1] + row) * width + place[0];
-            gathered.values[start..start + values.len()].copy_from_slice(values);
-        }
+        gathered.views += views;
     }
     gathered
+}
+
+/// Columns and rows of the square of texels that begins at a place.
+fn size_of(film: &SensorFilm, place: [usize; 2], side: usize) -> [usize; 2] {
+    let [width, height] = film.size();
+    [side.min(width - place[0]), side.min(height - place[1])]
 }
 
 /// The values of a square of texels.
@@ -73,6 +94,17 @@ struct Tile {
     columns: usize,
     values: Vec<Rgb>,
     views: TraversalCounters,
+}
+
+impl Tile {
+    /// One without light.
+    fn dark([columns, rows]: [usize; 2]) -> Self {
+        Self {
+            columns,
+            values: vec![Rgb::BLACK; columns * rows],
+            views: TraversalCounters::default(),
+        }
+    }
 }
 
 /// A point of a tile.
@@ -98,9 +130,8 @@ struct TilePoints {
 
 impl TilePoints {
     fn new(shading: &Shading, film: &SensorFilm, place: [usize; 2], samples: usize) -> Self {
-        let [width, height] = film.size();
-        let side = TILE / samples;
-        let size = [side.min(width - place[0]), side.min(height - place[1])];
+        let width = film.size()[0];
+        let size = size_of(film, place, TILE / samples);
         let mut tile = Self {
             size,
             samples,

@@ -34,7 +34,7 @@ use crate::approximation::sources::is_diffuse;
 use crate::approximation::{Frame, Receivers, SensorFilm};
 use crate::geometry::Bounds;
 use crate::radiometry::Rgb;
-use crate::run::Error;
+use crate::run::{Error, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::transport::first_surface::Source;
 
@@ -87,12 +87,14 @@ fn tree(water: &Water, normal: DVec3, settings: &Settings) -> Quadtree {
     Quadtree::new(&corners, range, (frame, height), counts)
 }
 
-/// Fills a sensor with light through the water.
+/// Fills a sensor with light through the water. A wish to stop ends the frame under way: the image has what
+/// was gathered so far.
 pub fn run(
     settings: &Settings,
     kept: &mut Kept,
     scene: &Scene,
     sensor: &Sensor,
+    progress: &Progress,
 ) -> Result<Frame, Error> {
     let film = SensorFilm::new(scene, sensor)?;
     let sources = demands::lights(scene, kept.shape)?;
@@ -101,6 +103,7 @@ pub fn run(
         settings,
         scene,
         film: &film,
+        progress,
         receivers: &receivers,
         normal: kept.normal,
         work: Default::default(),
@@ -115,6 +118,9 @@ pub fn run(
         .warnings
         .extend(left_out(scene, kept.shape, settings, &water));
     for source in &sources {
+        if progress.is_stopped() {
+            break;
+        }
         if let Some(light) = pipeline.light(&water, &kept.tree, source)? {
             for (sum, value) in values.iter_mut().zip(light) {
                 *sum += value;
@@ -130,7 +136,10 @@ pub fn run(
     }
     let is_dark = values.iter().all(|value| value.is_black());
     let mut warnings = pipeline.warnings;
-    if is_dark {
+    if progress.is_stopped() {
+        let stopped = "stopped before all texels were gathered: light is missing";
+        warnings.insert(0, stopped.to_owned());
+    } else if is_dark {
         warnings.insert(0, darkness::reason(&pipeline.flow, pipeline.drawn, &film));
     }
     let stages: Vec<Work> = pipeline.work.iter().map(|done| done.work).collect();
@@ -170,6 +179,7 @@ struct Pipeline<'a> {
     settings: &'a Settings,
     scene: &'a Scene,
     film: &'a SensorFilm,
+    progress: &'a Progress,
     receivers: &'a Receivers,
     /// The water's mean normal.
     normal: DVec3,
@@ -248,6 +258,7 @@ impl Pipeline<'_> {
             source,
             water,
             slicing: &slicing,
+            progress: self.progress,
         };
         let shading = Shading {
             lit,
@@ -531,6 +542,7 @@ impl Pipeline<'_> {
                 let cells = draws.par_iter().map(|draw| {
                     let beam = beams[draw.beam as usize].as_ref();
                     let lit = &shading.lit;
+                    let beam = beam.filter(|_| !lit.progress.is_stopped());
                     let whole = beam.and_then(|beam| lit.whole(beam.triangle, vertices));
                     let cells = whole.map(|whole| lit.cells(&whole, settings.levels));
                     (*draw, cells.unwrap_or_default())

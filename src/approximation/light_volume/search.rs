@@ -51,6 +51,9 @@ impl Drawn<'_> {
 /// Beams of a group.
 const GROUP: usize = 8;
 
+/// Memory \[bytes\] of the search for each beam, groups of groups included, rounded up.
+pub const SEARCH_BYTES: u64 = (size_of::<Group>() / (GROUP - 1) + 1) as u64;
+
 /// A group of beams, or of groups.
 #[derive(Clone, Copy)]
 struct Group {

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use super::beam::Beam;
 use super::quadtree::{Node, Quadtree};
 use super::slicing::{Slicing, join, overlap};
+use super::water::mean_normal;
 use super::work::Work;
 use crate::approximation::{DepthMap, Extent, LightView, Precision, Receivers};
 use crate::geometry::{Bounds, Shape};
@@ -21,6 +22,25 @@ pub struct ShadowMap {
 }
 
 impl ShadowMap {
+    /// Most views of one light's map over a shape of water; 0 if nothing reaches above the lowest place of
+    /// its box.
+    pub fn most_views(scene: &Scene, water: u32) -> u64 {
+        let shapes = scene.world().shapes();
+        let surface = &shapes[water as usize];
+        let normal = mean_normal(surface);
+        let height = |shape: &Shape, of: fn(f64, f64) -> f64, first: f64| {
+            let corners = shape.bounds().corners().into_iter();
+            corners.map(|corner| corner.dot(normal)).fold(first, of)
+        };
+        let lowest = height(surface, f64::min, f64::INFINITY);
+        let mut others = (0_u32..).zip(shapes).filter(|(shape, _)| *shape != water);
+        if !others.any(|(_, shape)| height(shape, f64::max, f64::NEG_INFINITY) > lowest) {
+            return 0;
+        }
+        let views = |source: &Source| LightView::around(source, &[Extent::of(surface)], 1).len();
+        Source::all(scene).iter().map(views).max().unwrap_or(0) as u64
+    }
+
     /// The shadow map of the shapes that reach above the lowest of the water's vertices.
     ///
     /// - `plane`: a point and the normal of the plane in which nodes are compared.

@@ -109,6 +109,9 @@ struct Pixel {
     rays: [u32; 2],
 }
 
+/// Memory of a pixel \[bytes\].
+pub const PIXEL_BYTES: u64 = size_of::<Pixel>() as u64;
+
 /// Draws beams on a camera's film at `samples` x `samples` points of each pixel, one point of all pixels
 /// after the other.
 pub fn draw(
@@ -128,6 +131,9 @@ pub fn draw(
         return gathered;
     };
     for place in 0..samples * samples {
+        if shading.lit.progress.is_stopped() {
+            break;
+        }
         let at = midpoint(place, samples);
         let points = visible(shading, film, at, &mut gathered.views);
         let view = Drawing {
@@ -203,7 +209,9 @@ impl Drawing<'_> {
         let rows = |drawn: &Drawn| self.rows(drawn);
         let (pixels, fragments) =
             in_bands(self.size, drawn, rows, |drawn, band: &mut Band<Pixel>| {
-                self.beam(drawn, band);
+                if !self.shading.lit.progress.is_stopped() {
+                    self.beam(drawn, band);
+                }
             });
         let mut work = ShadeWork::default();
         work.inside.fragments = fragments;

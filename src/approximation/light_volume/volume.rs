@@ -15,6 +15,7 @@ use crate::approximation::interface::Fresnel;
 use crate::geometry::{SurfacePoint, TraversalCounters};
 use crate::numeric::math;
 use crate::radiometry::Rgb;
+use crate::run::Progress;
 use crate::scene::Scene;
 use crate::transport::first_surface::Source;
 use crate::transport::visibility::transmittance;
@@ -32,6 +33,8 @@ pub struct Lit<'a> {
     pub water: &'a Water,
     /// The planes.
     pub slicing: &'a Slicing,
+    /// The wish to stop: light that was not gathered then is left out.
+    pub progress: &'a Progress,
 }
 
 /// A vertex of the water in the light.

@@ -45,6 +45,15 @@ impl<'a> Triangles<'a> {
         }
     }
 
+    /// The number of their vertices at most: corners of flat facets are vertices of their own.
+    pub fn vertices(&self) -> u64 {
+        match self {
+            Self::Own(mesh) if mesh.has_vertex_normals() => mesh.positions().len() as u64,
+            Self::Own(mesh) => 3 * mesh.triangle_count() as u64,
+            Self::Grid(side) => u64::from(*side).pow(2),
+        }
+    }
+
     /// Their number, as long as the surface fills its rectangle.
     pub fn count(&self) -> u64 {
         match self {

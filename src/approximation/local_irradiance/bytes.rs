@@ -316,7 +316,10 @@ fn front(mut all: Vec<Choice>) -> Vec<Choice> {
     all.sort_by(|a, b| a.bytes.cmp(&b.bytes).then(a.likely.total_cmp(&b.likely)));
     let mut front: Vec<Choice> = Vec::new();
     for one in all {
-        if front.last().is_none_or(|last| one.likely < GAIN * last.likely) {
+        if front
+            .last()
+            .is_none_or(|last| one.likely < GAIN * last.likely)
+        {
             front.push(one);
         }
     }
@@ -349,7 +352,14 @@ mod tests {
             likely,
             measured: None,
         };
-        let all = [(30, 0.1), (10, 0.5), (20, 0.6), (20, 0.4), (30, 0.2), (40, 0.0995)];
+        let all = [
+            (30, 0.1),
+            (10, 0.5),
+            (20, 0.6),
+            (20, 0.4),
+            (30, 0.2),
+            (40, 0.0995),
+        ];
         let found = front(all.map(choice).to_vec()).into_iter();
         let found: Vec<(u64, f64)> = found.map(|one| (one.bytes, one.likely)).collect();
         assert_eq!(found, [(10, 0.5), (20, 0.4), (30, 0.1)]);

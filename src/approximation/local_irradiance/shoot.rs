@@ -18,7 +18,7 @@ use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
 
 /// Photons of a task.
-const TASK: u64 = 16_384;
+pub const TASK: u64 = 16_384;
 
 /// Photons of one light sample.
 pub struct Shot<'a> {

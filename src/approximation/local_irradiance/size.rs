@@ -6,23 +6,26 @@ use super::directions::Samples;
 use super::layout::kind;
 use super::object::SpecularObject;
 use super::settings::Settings;
+use super::shoot::TASK;
 use super::storage::bytes_each;
 use super::variants::{Directions, Noise, Normal, Radii, Space, Symmetry, Tables, Tree};
+use crate::run::cost::{TRIPLE, of_frame, texels};
 use crate::run::format::megabytes;
-use crate::scene::{Scene, Sensor};
-
-/// Bytes of a triple of `f64`.
-const TRIPLE: u64 = 24;
+use crate::scene::{Scene, Sensor, is_achromatic};
 
 /// Memory \[bytes\] of a run, and its samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Size {
-    /// The film with a frame's values.
+    /// Values of a frame, and what makes them.
+    pub values: u64,
+    /// The image while it is written.
     pub film: u64,
     /// Tables.
     pub tables: u64,
     /// Sums of photons, and what makes a table of them.
     pub scratch: u64,
+    /// The table that is made last.
+    pub last: u64,
     /// Samples, of all objects.
     pub samples: u64,
 }
@@ -30,12 +33,16 @@ pub struct Size {
 impl Size {
     /// That of a run on a sensor.
     pub fn new(scene: &Scene, sensor: &Sensor, settings: &Settings) -> Self {
-        let texels = u64::from(sensor.film.crop.width) * u64::from(sensor.film.crop.height);
         let objects = SpecularObject::groups(scene).len() as u64;
-        Self::of(settings, texels, scene.emitters().len() as u64, objects)
+        let channels = if is_achromatic(scene) { 1 } else { 3 };
+        let lights = scene.emitters().len() as u64;
+        Self {
+            film: of_frame(sensor, 0, 0),
+            ..Self::of(settings, texels(sensor), lights, objects, channels)
+        }
     }
 
-    fn of(settings: &Settings, texels: u64, lights: u64, objects: u64) -> Self {
+    fn of(settings: &Settings, texels: u64, lights: u64, objects: u64, channels: u64) -> Self {
         let all = match (settings.directions, settings.symmetry) {
             (Directions::Exact, _) => lights,
             (_, Symmetry::Sphere) => 1,
@@ -108,26 +115,35 @@ impl Size {
             _ => 0,
         };
         let tables = if is_fitted { 1 } else { needed };
+        // Integers of each thread with a task, added up into those of one; of these the values of a sample.
+        let tasks = settings.photons.div_ceil(TASK);
+        let threads = tasks.min(rayon::current_num_threads() as u64);
+        let sums = 8 * channels * cells.max(pilot);
+        let values = TRIPLE * cells.max(pilot);
+        // Of tables that do not outlive a frame there is an image, which is copied, and its sums.
+        let images = if is_kept { 1 } else { 4 };
+        // A file is written from its bytes.
+        let written = if is_kept { table } else { 0 };
         Self {
-            film: texels * (TRIPLE + 4 * TRIPLE + 6 * TRIPLE),
+            values: texels * images * TRIPLE,
+            film: 0,
             tables: objects.saturating_mul(tables).saturating_mul(table),
-            // Sums of each thread, values of a sample, and what is written of them.
-            scratch: (rayon::current_num_threads() as u64 + 2) * cells.max(pilot) * TRIPLE
-                + 2 * table
+            scratch: (threads * sums).max(sums + values).max(values + written)
                 + fitted
                 + merged
                 + fits
                 + shell
                 + together.saturating_mul(objects),
+            last: if objects > 0 { table } else { 0 },
             samples: objects.saturating_mul(needed),
         }
     }
 
-    /// All of it.
+    /// What there is of it at once: tables with what makes the last of them, or with the image.
     pub fn bytes(&self) -> u64 {
-        self.film
-            .saturating_add(self.tables)
-            .saturating_add(self.scratch)
+        let making = self.scratch.saturating_sub(self.last);
+        let stages = making.saturating_add(self.values);
+        self.tables.saturating_add(stages.max(self.film))
     }
 
     /// What it takes, and which settings would fit into `available` bytes.

@@ -203,8 +203,9 @@ pub struct TablesArgs {
     #[arg(long, value_name = "DIR")]
     pub export: Option<PathBuf>,
 
-    /// Megabytes that the run may take [default: what is free]
-    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    /// Memory that the program may take; a run that would take more is refused before it starts [default:
+    /// what is free]
+    #[arg(long, value_name = "SIZE", value_parser = parse::parse_bytes)]
     pub memory: Option<u64>,
 
     /// Threads [default: all cores]; tables do not depend on it

@@ -327,6 +327,17 @@ impl<'a> TextTable<'a> {
             )?;
         }
         for layer in layers() {
+            let few = layer.significance.as_ref().map_or(0, |it| it.few);
+            if few > 0 {
+                writeln!(
+                    out,
+                    "{}: {few} values of few samples are judged by their bounds, beside the {} of the means of z",
+                    layer.layer,
+                    layer.significance.as_ref().map_or(0, |it| it.tests)
+                )?;
+            }
+        }
+        for layer in layers() {
             let untested = layer.significance.as_ref().map_or(0, |it| it.untested);
             if untested > 0 {
                 writeln!(

@@ -1,13 +1,13 @@
 //! Beams as a method.
 
-use crate::method::memory::{self, channels};
+use crate::method::memory::{self, Layers, channels};
 use crate::method::reference::{About, Job, Reference};
 use crate::method::rows::{self, COUNT};
 use crate::method::warnings;
 use crate::reference::beams::run::Setup;
 use crate::reference::beams::{self, BeamReport, BeamSettings, SignatureReport};
 use crate::run::format::relative;
-use crate::run::{Cost, Error, Estimate, Refusal, Rendering};
+use crate::run::{Budget, Cost, Error, Estimate, Progress, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::table::row;
 use crate::setting::{Kind, Setting, Values};
@@ -46,6 +46,17 @@ const ABOUT: About = About {
     is_of_cameras: false,
 };
 
+/// Memory \[bytes\] of beams with these layers, with `LD` on a receiver, of signatures of so many events.
+fn bytes(scene: &Scene, sensor: &Sensor, layers: Layers, events: u64) -> u64 {
+    let channels = channels(scene, sensor);
+    let film = memory::film(
+        sensor,
+        memory::beams(channels, layers, memory::texels(sensor)),
+    );
+    let run = film.saturating_add(memory::beam_scratch(channels, events));
+    memory::with_files(run, sensor, layers.count() + 2, memory::BOUNDS)
+}
+
 impl Reference for Beams {
     fn about(&self) -> &'static About {
         &ABOUT
@@ -56,11 +67,29 @@ impl Reference for Beams {
     }
 
     fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
-        let layers = settings(values).max_layers as u64;
+        let settings = settings(values);
+        let layers = Layers::most(settings.max_layers as u64);
         Cost {
-            bytes: memory::film(sensor, memory::beams(channels(scene, sensor), layers)),
+            bytes: bytes(scene, sensor, layers, u64::from(settings.max_depth)),
             work: Vec::new(),
         }
+    }
+
+    fn pilot(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<u64, Error> {
+        let progress = Progress::default();
+        let mut setup = Setup::new(scene, sensor, settings(values), &progress)?;
+        setup.ask(&values.named_fractions("layer-error"))?;
+        let budget = Budget {
+            relative_error: values.fraction("error"),
+            time: values.time("time"),
+            work: values.whole("rays"),
+        };
+        let divided = setup.divided(&budget);
+        let layers = Layers {
+            named: divided.named as u64,
+            has_others: divided.has_others,
+        };
+        Ok(bytes(scene, sensor, layers, divided.events as u64))
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {

@@ -44,7 +44,12 @@ impl Reference for ClosedForm {
     fn cost(&self, _scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
         let layers = u64::from(settings(values).max_depth) + 2;
         Cost {
-            bytes: memory::film(sensor, memory::bounded_layers(layers)),
+            bytes: memory::with_files(
+                memory::film(sensor, memory::bounded_layers(layers)),
+                sensor,
+                layers + 1,
+                memory::BOUNDS,
+            ),
             work: vec![Counter::new("integrals", layers * memory::texels(sensor))],
         }
     }

@@ -1,14 +1,19 @@
 //! All methods together, as a method.
 
 use super::{beams, path, photon_map, photons};
-use crate::method::memory;
+use crate::method::memory::{self, Part};
 use crate::method::reference::{About, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
-use crate::reference::full::{self, FullReport, FullSettings, PartDetail, PartReport, Plan};
+use crate::reference::beams::DEFAULT_ERROR;
+use crate::reference::beams::run::Setup;
+use crate::reference::full::{
+    self, Finder, FullReport, FullSettings, PartDetail, PartReport, Plan,
+};
+use crate::reference::path::PathSettings;
 use crate::reference::photons::PhotonSettings;
 use crate::run::format::relative;
-use crate::run::{Cost, Error, Estimate, Refusal, Rendering};
+use crate::run::{Budget, Cost, Error, Estimate, Progress, Refusal, Rendering};
 use crate::scene::{Integrator, Scene, Sensor};
 use crate::setting::{Setting, Values};
 use crate::transport::path_class::{PathClass, PathClasses};
@@ -48,6 +53,55 @@ pub(super) fn settings(values: &Values, integrator: Option<&Integrator>) -> Full
     .agreeing()
 }
 
+/// What memory depends on beside the film.
+struct Found {
+    /// Classes that paths light.
+    classes: u64,
+    /// Surfaces on which a photon of a map is kept.
+    kept: f64,
+    /// Events of the longest signature that beams follow.
+    events: u64,
+}
+
+/// Memory \[bytes\] of a plan; without one, of the largest.
+fn bytes(
+    plan: Option<&Plan>,
+    sensor: &Sensor,
+    values: &Values,
+    settings: &FullSettings,
+    found: &Found,
+) -> u64 {
+    let of_paths = found.classes;
+    let part = |class: PathClass| match plan?.finder(class) {
+        Finder::Path => None,
+        Finder::Beams => Some(Part::Beams),
+        Finder::Photons => Some(Part::Photons),
+        Finder::PhotonMap => Some(Part::PhotonMap),
+    };
+    let followed: Vec<Part> = match plan {
+        Some(_) => [PathClass::Caustic, PathClass::SeenCaustic]
+            .into_iter()
+            .filter_map(part)
+            .collect(),
+        None => vec![Part::PhotonMap; 2],
+    };
+    let is_in_one = path::is_in_one(values);
+    let film = memory::film(
+        sensor,
+        memory::full(&followed, of_paths, is_in_one, memory::texels(sensor)),
+    );
+    let mut beside = memory::path_tiles(of_paths, memory::texels(sensor));
+    // Methods run one after the other, but what the threads of one have freed stays with them.
+    if followed.contains(&Part::PhotonMap) {
+        beside += photon_map::photons_bytes(&settings.photon_map, found.kept);
+    }
+    if followed.contains(&Part::Beams) {
+        beside += memory::beam_scratch(3, found.events);
+    }
+    let layers = of_paths + followed.len() as u64 + 1;
+    memory::with_files(film.saturating_add(beside), sensor, layers, memory::BOTH)
+}
+
 const ABOUT: About = About {
     name: "full",
     meaning: "All that a camera sees: caustics by beams, photons and photon maps, the rest by paths",
@@ -71,11 +125,57 @@ impl Reference for Full {
         Ok(())
     }
 
-    fn cost(&self, _scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
+    fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
+        let settings = settings(values, scene.integrator());
+        let all = PathClass::ALL.len() as u64;
+        // Of a scene that is refused nothing is known.
+        let plan = Plan::new(scene, sensor, &settings.path).ok();
+        let of_paths = plan
+            .as_ref()
+            .map_or(all, |plan| plan.classes(Finder::Path).iter().count() as u64);
+        let most = Found {
+            classes: of_paths,
+            kept: photon_map::MOST_KEPT,
+            events: u64::from(settings.beams.max_depth),
+        };
         Cost {
-            bytes: memory::film(sensor, memory::full()),
+            bytes: bytes(plan.as_ref(), sensor, values, &settings, &most),
             work: [path::counted(sensor, values), photons::counted(values)].concat(),
         }
+    }
+
+    fn pilot(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<u64, Error> {
+        let settings = settings(values, scene.integrator());
+        let plan = Plan::new(scene, sensor, &settings.path)?;
+        let of_paths = PathSettings {
+            classes: plan.classes(Finder::Path),
+            ..settings.path
+        };
+        let is_by = |finder: Finder| {
+            let classes = [PathClass::Caustic, PathClass::SeenCaustic];
+            classes
+                .into_iter()
+                .any(|class| plan.finder(class) == finder)
+        };
+        let kept = if is_by(Finder::PhotonMap) {
+            photon_map::Found::of(scene, sensor, settings.photon_map)?.kept
+        } else {
+            0.0
+        };
+        let events = if is_by(Finder::Beams) {
+            let progress = Progress::default();
+            let error = values.fraction("error").unwrap_or(DEFAULT_ERROR);
+            let mut setup = Setup::new(scene, sensor, settings.beams, &progress)?;
+            setup.divided(&Budget::error(error)).events as u64
+        } else {
+            0
+        };
+        let found = Found {
+            classes: path::lit_classes(scene, sensor, of_paths)?,
+            kept,
+            events,
+        };
+        Ok(bytes(Some(&plan), sensor, values, &settings, &found))
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {

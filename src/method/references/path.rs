@@ -6,7 +6,7 @@ use crate::method::rows;
 use crate::method::warnings;
 use crate::reference::path::{self, DEFAULT_SAMPLES, PathSettings};
 use crate::run::format::relative;
-use crate::run::{Cost, Counter, Error, Refusal, Rendering};
+use crate::run::{Budget, Cost, Counter, Error, Progress, Refusal, Rendering};
 use crate::scene::{Integrator, Scene, Sensor};
 use crate::setting::table::row;
 use crate::setting::{Kind, Setting, Values};
@@ -55,15 +55,43 @@ pub(super) fn settings(values: &Values, integrator: Option<&Integrator>) -> Path
     }
 }
 
+/// True if a run is one round: it has no limit but that on its samples.
+pub(super) fn is_in_one(values: &Values) -> bool {
+    !["time", "error"]
+        .iter()
+        .any(|key| values.given().contains_key(*key))
+}
+
+/// Memory \[bytes\] of paths of which so many classes are lit.
+fn bytes(sensor: &Sensor, values: &Values, classes: u64) -> u64 {
+    let film = memory::film(sensor, memory::path(classes, is_in_one(values)));
+    let run = film.saturating_add(memory::path_tiles(classes, memory::texels(sensor)));
+    memory::with_files(run, sensor, classes + 1, memory::ERRORS)
+}
+
+/// The number of classes that a few samples of a small image light.
+pub(super) fn lit_classes(
+    scene: &Scene,
+    sensor: &Sensor,
+    settings: PathSettings,
+) -> Result<u64, Error> {
+    /// Pixels along the longer side, and samples of each.
+    const SIDE: u32 = 48;
+    const SAMPLES: u64 = 16;
+    let small = sensor.shrunk_to(SIDE);
+    let budget = Budget::work(SAMPLES);
+    let (estimate, _) = path::run(scene, &small, settings, &budget, &Progress::default())?;
+    Ok(estimate.layers.len() as u64)
+}
+
 /// Camera paths that a run without limits on time and error starts.
 pub(super) fn counted(sensor: &Sensor, values: &Values) -> Vec<Counter> {
-    let is_open = values.given().contains_key("time") || values.given().contains_key("error");
     let samples = values.whole("spp").unwrap_or(DEFAULT_SAMPLES);
-    if is_open {
-        Vec::new()
-    } else {
+    if is_in_one(values) {
         let paths = memory::texels(sensor).saturating_mul(samples);
         vec![Counter::new("paths", paths)]
+    } else {
+        Vec::new()
     }
 }
 
@@ -92,9 +120,14 @@ impl Reference for Path {
 
     fn cost(&self, _scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
         Cost {
-            bytes: memory::film(sensor, memory::path()),
+            bytes: bytes(sensor, values, PathClass::ALL.len() as u64),
             work: counted(sensor, values),
         }
+    }
+
+    fn pilot(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<u64, Error> {
+        let settings = settings(values, scene.integrator());
+        Ok(bytes(sensor, values, lit_classes(scene, sensor, settings)?))
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {

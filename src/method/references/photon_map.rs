@@ -6,9 +6,9 @@ use crate::method::reference::{About, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
 use crate::reference::photon_map::setup::{Setup, check_camera};
-use crate::reference::photon_map::{PhotonMapSettings, Seen};
+use crate::reference::photon_map::{PHOTON_BYTES, PhotonMapSettings, Seen};
 use crate::run::format::relative;
-use crate::run::{Cost, Error, Refusal, Rendering};
+use crate::run::{Cost, Error, Progress, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::table::row;
 use crate::setting::{Kind, Setting, Values, words_of};
@@ -45,6 +45,62 @@ pub(super) fn settings(values: &Values) -> PhotonMapSettings {
     }
 }
 
+/// Photons that a photon of a map leaves at most: most meet two surfaces that scatter.
+pub(super) const MOST_KEPT: f64 = 2.0;
+
+/// Memory \[bytes\] of the photons of a map, each of which is kept on so many surfaces.
+pub(super) fn photons_bytes(settings: &PhotonMapSettings, kept: f64) -> u64 {
+    let photons = settings.map_photons as f64 * kept;
+    (photons * PHOTON_BYTES as f64).ceil() as u64
+}
+
+/// What a pilot says of the memory of photon maps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    /// Layers, and those of them that are lit.
+    layers: [u64; 2],
+    /// The part of the pixels that may be lit.
+    pub part: f64,
+    /// Surfaces on which a photon is kept.
+    pub kept: f64,
+}
+
+impl Found {
+    /// By a pilot.
+    ///
+    /// # Errors
+    ///
+    /// As [`Setup::new`].
+    pub fn of(scene: &Scene, sensor: &Sensor, settings: PhotonMapSettings) -> Result<Self, Error> {
+        let progress = Progress::default();
+        let setup = Setup::new(scene, sensor, settings, &progress)?;
+        Ok(Self {
+            layers: [setup.layers() as u64, setup.lit_layers() as u64],
+            part: setup.seen_part(),
+            kept: setup.kept(),
+        })
+    }
+
+    /// The most that there can be.
+    fn most(settings: &PhotonMapSettings) -> Self {
+        let kinds = if settings.seen == Seen::Anyhow { 2 } else { 1 };
+        Self {
+            layers: [kinds * (settings.photons.max_layers as u64 + 1); 2],
+            part: 1.0,
+            kept: MOST_KEPT,
+        }
+    }
+}
+
+/// Memory \[bytes\] of photon maps.
+fn bytes(sensor: &Sensor, settings: &PhotonMapSettings, found: &Found) -> u64 {
+    let [layers, lit] = found.layers;
+    let film = memory::film(sensor, memory::photon_maps(layers, lit, found.part));
+    let run = film.saturating_add(photons_bytes(settings, found.kept));
+    // The bias, too.
+    memory::with_files(run, sensor, lit + 2, memory::BOTH)
+}
+
 const ABOUT: About = About {
     name: "photon-map",
     meaning: "Photon maps: caustics that a camera sees by way of mirrors or glass, with their bias",
@@ -66,14 +122,17 @@ impl Reference for PhotonMap {
     }
 
     fn cost(&self, _scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
-        /// A photon with its place in the tree, and its ends: most meet two surfaces that scatter.
-        const PHOTON: u64 = 2 * 128;
         let settings = settings(values);
-        let film = memory::photon_maps(settings.photons.max_layers as u64);
         Cost {
-            bytes: memory::film(sensor, film) + PHOTON * settings.map_photons,
+            bytes: bytes(sensor, &settings, &Found::most(&settings)),
             work: counted(values),
         }
+    }
+
+    fn pilot(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<u64, Error> {
+        let settings = settings(values);
+        let found = Found::of(scene, sensor, settings)?;
+        Ok(bytes(sensor, &settings, &found))
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {

@@ -1,13 +1,13 @@
 //! Photons as a method.
 
-use crate::method::memory::{self, channels};
+use crate::method::memory::{self, Layers, channels};
 use crate::method::reference::{About, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
 use crate::reference::photons::run::Setup;
 use crate::reference::photons::{DEFAULT_PHOTONS, PhotonSettings};
 use crate::run::format::relative;
-use crate::run::{Cost, Counter, Error, Estimate, Refusal, Rendering};
+use crate::run::{Cost, Counter, Error, Estimate, Progress, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values};
 use crate::transport::chain::ChainSettings;
@@ -60,6 +60,12 @@ pub(super) fn counted(values: &Values) -> Vec<Counter> {
     }
 }
 
+/// Memory \[bytes\] of photons with these layers, with `LD` on a receiver.
+fn bytes(scene: &Scene, sensor: &Sensor, layers: Layers) -> u64 {
+    let run = memory::film(sensor, memory::photons(channels(scene, sensor), layers));
+    memory::with_files(run, sensor, layers.count() + 2, memory::BOTH)
+}
+
 /// The line of a summary on a random method's own error.
 pub(super) fn error_line(estimate: &Estimate) -> String {
     format!(
@@ -89,10 +95,19 @@ impl Reference for Photons {
 
     fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
         let layers = settings(values, PhotonSettings::default()).max_layers as u64;
+        let layers = Layers::most(layers);
         Cost {
-            bytes: memory::film(sensor, memory::photons(channels(scene, sensor), layers)),
+            bytes: bytes(scene, sensor, layers),
             work: counted(values),
         }
+    }
+
+    fn pilot(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<u64, Error> {
+        let settings = settings(values, PhotonSettings::default());
+        let progress = Progress::default();
+        let setup = Setup::new(scene, sensor, settings, &progress)?;
+        let layers = Layers::found(setup.signatures(), settings.max_layers);
+        Ok(bytes(scene, sensor, layers))
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {

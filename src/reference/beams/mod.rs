@@ -39,6 +39,7 @@ pub mod support;
 
 pub use forecast::Forecast;
 pub use pass::SignatureReport;
+pub use refine::scratch_bytes;
 pub use report::BeamReport;
 pub use run::{forecast, run};
 pub use settings::{BeamSettings, DEFAULT_ERROR};

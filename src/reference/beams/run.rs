@@ -50,6 +50,17 @@ const LEAST_OF_LANDED: f64 = 1e-3;
 /// The two-sided confidence of the bound on light that the discovery may have missed.
 const CONFIDENCE: f64 = 0.999;
 
+/// The layers that are followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Divided {
+    /// Those of one signature.
+    pub named: usize,
+    /// True if all others have one together.
+    pub has_others: bool,
+    /// Events of the longest signature.
+    pub events: usize,
+}
+
 /// A run, set up.
 pub struct Setup<'a> {
     scene: &'a Scene,
@@ -291,6 +302,18 @@ impl<'a> Setup<'a> {
         let followed = followed.into_iter();
         let layers = BeamLayer::divide(followed, self.settings.max_layers, &self.asked);
         (layers, others.into_iter().map(|(found, _)| found).collect())
+    }
+
+    /// The layers that a budget's error asks for.
+    pub fn divided(&mut self, budget: &Budget) -> Divided {
+        let (layers, _) = self.layers(target_error(budget));
+        let members = layers.iter().flat_map(|layer| &layer.members);
+        let events = members.map(|(signature, _)| signature.len()).max();
+        Divided {
+            named: layers.iter().filter(|layer| layer.name.is_some()).count(),
+            has_others: layers.iter().any(|layer| layer.name.is_none()),
+            events: events.unwrap_or(0),
+        }
     }
 
     /// The tolerance of the first pass over a layer, if that over others is `first`; `None` if the layer need

@@ -34,6 +34,11 @@ struct Entry<const N: usize> {
 const ENTRIES: usize = 1 << 12;
 
 impl<const N: usize> PathStore<N> {
+    /// Memory \[bytes\] of a store for signatures of so many events, with legs.
+    pub const fn bytes(events: usize) -> usize {
+        ENTRIES * (size_of::<Option<Entry<N>>>() + (events + 1) * size_of::<Option<Straight>>())
+    }
+
     /// An empty store, for one source and one signature of so many events.
     pub fn new(events: usize) -> Self {
         Self {

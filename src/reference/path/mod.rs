@@ -22,3 +22,4 @@ mod tracer;
 
 pub use run::{PathReport, run};
 pub use settings::{DEFAULT_SAMPLES, LightSampling, PathSettings};
+pub use tiles::KEPT_PIXELS;

@@ -27,6 +27,9 @@ const ASK_EVERY: u64 = 4096;
 /// Tiles between two additions to the film. Their sums are kept until then, about 50 kB each.
 const BATCH: usize = 1024;
 
+/// Pixels whose sums are kept in tiles, beside the film's.
+pub const KEPT_PIXELS: usize = BATCH * TILE * TILE;
+
 /// One randomisation of a camera's image.
 pub struct Job<'a> {
     /// The scene.

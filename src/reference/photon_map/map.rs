@@ -27,6 +27,11 @@ pub struct Photon {
     pub shape: u32,
 }
 
+/// Memory of a photon of a map \[bytes\]: as its task left it, and joined; its place and its number in the
+/// tree.
+pub const PHOTON_BYTES: u64 =
+    2 * (size_of::<Photon>() + size_of::<[f64; 3]>()) as u64 + size_of::<[f64; 4]>() as u64;
+
 /// A record of the photons that a task leaves on surfaces that scatter.
 pub struct Catch<'a> {
     /// For each shape, true if it scatters: see [`scattering_shapes`].

@@ -31,5 +31,6 @@ mod sums;
 pub mod view;
 
 pub use finish::PhotonMapReport;
+pub use map::PHOTON_BYTES;
 pub use run::run;
 pub use settings::{PhotonMapSettings, Seen};

@@ -10,11 +10,12 @@ use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
 
-/// A counter of flux by signature, in quanta of `scale`.
+/// A counter of flux by signature, in quanta of `scale`, and of all photons that a map would keep.
 pub struct Pilot<'a> {
     pub scatters: &'a [bool],
     pub scale: FixedPoint,
     pub received: BTreeMap<Signature, i128>,
+    pub kept: u64,
 }
 
 impl Recipient<3> for Pilot<'_> {
@@ -25,6 +26,7 @@ impl Recipient<3> for Pilot<'_> {
             // The run itself reports flux that does not fit.
             let quanta = self.scale.quantise(arrival.flux.rgb().mean()).unwrap_or(0);
             *self.received.entry(arrival.signature).or_default() += i128::from(quanta);
+            self.kept += 1;
         }
         Fate::Absorbed
     }

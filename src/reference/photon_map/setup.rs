@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec2;
+
 use super::map::scattering_shapes;
 use super::pilot::Pilot;
 use super::settings::{MAX_MAP_PHOTONS, PhotonMapSettings, Seen};
+use crate::geometry::TraversalCounters;
 use crate::numeric::Stream;
 use crate::reference::Target;
 use crate::reference::photons::layers::{LayerMap, PILOT_PHOTONS};
@@ -16,6 +19,7 @@ use crate::setting::SettingError;
 use crate::transport::bsdf::check_colors;
 use crate::transport::camera::Camera;
 use crate::transport::domain::LightSpace;
+use crate::transport::path_end::next_hit;
 
 /// A run, set up.
 pub struct Setup<'a> {
@@ -26,6 +30,8 @@ pub struct Setup<'a> {
     pub(super) map: LayerMap,
     /// True for shapes that scatter, by shape.
     pub(super) scatters: Vec<bool>,
+    /// Surfaces on which a photon is kept, in the mean.
+    kept: f64,
     pub(super) progress: &'a Progress,
 }
 
@@ -93,9 +99,10 @@ impl<'a> Setup<'a> {
             light,
             map: LayerMap::new(Vec::new()),
             scatters: scattering_shapes(scene),
+            kept: 0.0,
             progress,
         };
-        setup.map = setup.pilot();
+        (setup.map, setup.kept) = setup.pilot();
         Ok(setup)
     }
 
@@ -113,13 +120,65 @@ impl<'a> Setup<'a> {
     }
 
     /// Number of layers that are measured.
-    pub(super) fn layers(&self) -> usize {
-        let kinds = if self.settings.seen == Seen::Anyhow {
+    pub fn layers(&self) -> usize {
+        self.kinds() * self.map.len()
+    }
+
+    /// Number of these that are likely to have light: where signatures are fewer than they may be, nothing is
+    /// left over for those without a layer of their own.
+    pub fn lit_layers(&self) -> usize {
+        let named = self.map.signatures().len();
+        let others = usize::from(named >= self.settings.photons.max_layers);
+        self.kinds() * (named + others)
+    }
+
+    /// The part of the film, by stretches of pixels that share a page of memory, in which some pixel sees by
+    /// way of mirrors or glass; 1 if caustics that are seen directly are measured, too.
+    pub fn seen_part(&self) -> f64 {
+        /// The camera is asked this many times along each side of its film.
+        const PLACES: usize = 64;
+        /// Pixels whose exact squares, of three channels, are in a page of 4096 bytes.
+        const PAGE: usize = 4096 / (3 * 16);
+        let Some(camera) = self
+            .camera()
+            .filter(|_| self.settings.seen == Seen::BySpecular)
+        else {
+            return 1.0;
+        };
+        let film = DVec2::new(camera.width() as f64, camera.height() as f64);
+        let is_seen = |place: [usize; 2]| {
+            let at = DVec2::from(place.map(|at| (at as f64 + 0.5) / PLACES as f64)) * film;
+            let view = camera.pixel_ray(at);
+            let found = next_hit(self.scene, view.ray, &mut TraversalCounters::default());
+            found.is_some_and(|(_, hit)| {
+                let material = self.scene.material_of(hit.shape);
+                material.is_specular(self.scene.materials())
+            })
+        };
+        // Pages lie along rows.
+        let stretch = (PAGE * PLACES / camera.width().max(1)).clamp(1, PLACES);
+        let touched = |row: usize| {
+            let seen: Vec<bool> = (0..PLACES).map(|column| is_seen([column, row])).collect();
+            let stretches = seen.chunks(stretch);
+            let lit = stretches.filter(|stretch| stretch.contains(&true));
+            lit.map(<[bool]>::len).sum::<usize>()
+        };
+        let all: usize = (0..PLACES).map(touched).sum();
+        all as f64 / (PLACES * PLACES) as f64
+    }
+
+    /// Surfaces on which a photon is kept, in the mean, as the pilot found.
+    pub fn kept(&self) -> f64 {
+        self.kept
+    }
+
+    /// Ways in which caustics are seen, that have layers of their own.
+    fn kinds(&self) -> usize {
+        if self.settings.seen == Seen::Anyhow {
             2
         } else {
             1
-        };
-        kinds * self.map.len()
+        }
     }
 
     /// The first layer of caustics that are seen directly, or by way of mirrors and glass.
@@ -132,8 +191,9 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// Layers for the signatures that bring most flux to scattering surfaces.
-    fn pilot(&self) -> LayerMap {
+    /// Layers for the signatures that bring most flux to scattering surfaces, and the number of these on
+    /// which a photon is kept, in the mean.
+    fn pilot(&self) -> (LayerMap, f64) {
         let stop = || self.progress.is_stopped();
         let job = self.job(self.stream(PILOT), &stop);
         let scale = job.scale(1.0);
@@ -141,14 +201,18 @@ impl<'a> Setup<'a> {
             scatters: &self.scatters,
             scale,
             received: BTreeMap::new(),
+            kept: 0,
         });
         let mut received = BTreeMap::new();
+        let mut kept = 0;
         for task in found {
+            kept += task.recipient.kept;
             for (signature, flux) in task.recipient.received {
                 *received.entry(signature).or_insert(0_i128) += flux;
             }
         }
-        LayerMap::of_brightest(received, self.settings.photons.max_layers)
+        let map = LayerMap::of_brightest(received, self.settings.photons.max_layers);
+        (map, kept as f64 / PILOT_PHOTONS as f64)
     }
 
     pub(super) fn stream(&self, purpose: u64) -> Stream {

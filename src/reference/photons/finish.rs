@@ -200,8 +200,10 @@ impl Rounds {
     }
 
     /// The estimate, with the direct light if it was measured.
+    ///
+    /// The sums of each layer go as the layer comes: both together would take half as much again.
     pub fn estimate(
-        self,
+        mut self,
         target: &Target,
         map: &LayerMap,
         direct: Option<&Direct>,
@@ -248,20 +250,23 @@ impl Rounds {
             .iter()
             .map(|signature| LayerName::Path(*signature))
             .chain([LayerName::Other]);
-        for ((name, weighted), largest) in names.zip(&self.layers).zip(&self.largest) {
+        let sums = std::mem::take(&mut self.layers);
+        for ((name, weighted), largest) in names.zip(sums).zip(&self.largest) {
             // In most scenes all paths have layers, and nothing is left over.
             let is_empty = weighted.flux.iter().all(|flux| flux.is_black());
             if !(name == LayerName::Other && is_empty) {
                 layers.push(Layer {
-                    sampling: sampling(weighted, largest),
+                    sampling: sampling(&weighted, largest),
                     ..weighted.layer(name, weight, target)
                 });
             }
         }
+        let sums = std::mem::replace(&mut self.total, Weighted::new(0));
         let mut total = Layer {
-            sampling: sampling(&self.total, &all),
-            ..self.total.layer(LayerName::Total, weight, target)
+            sampling: sampling(&sums, &all),
+            ..sums.layer(LayerName::Total, weight, target)
         };
+        drop(sums);
         if unmeasured {
             for layer in layers.iter_mut().chain([&mut total]) {
                 layer.make_unknown();

@@ -16,7 +16,7 @@ use crate::setting::SettingError;
 use crate::transport::camera::Camera;
 use crate::transport::direct::{Direct, direct};
 use crate::transport::domain::LightSpace;
-use crate::transport::signature::MAX_EVENTS;
+use crate::transport::signature::{MAX_EVENTS, Signature};
 
 /// A run, set up: everything its photons need.
 pub struct Setup<'a> {
@@ -77,6 +77,11 @@ impl<'a> Setup<'a> {
     /// The light space in which photons start.
     pub fn light(&self) -> &LightSpace {
         &self.light
+    }
+
+    /// The signatures that the pilot gave a layer of their own.
+    pub fn signatures(&self) -> &[Signature] {
+        self.map.signatures()
     }
 
     /// The direct light of a receiver; unknown as far as it is not measured when the run is stopped. `None`

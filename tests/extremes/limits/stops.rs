@@ -196,6 +196,31 @@ fn all_methods_are_interrupted_in_each_of_their_parts() {
     }
 }
 
+/// Light volumes of these settings take twenty seconds to a minute: light by area, at points, and by a
+/// stencil buffer. Nobody waits for the end of any.
+#[test]
+fn a_light_volume_is_interrupted_whatever_gathers_its_light() {
+    let folder = TempDir::new().unwrap();
+    for (sensor, settings) in [
+        ("floor", &["accumulate=exact", "levels=6"][..]),
+        ("view-50", &["inside=exact"]),
+        ("view-50", &["inside=stencil"]),
+    ] {
+        let mut arguments = vec!["--method=light-volume", "--sensor", sensor];
+        arguments.extend(["--set", "lookup=exact"]);
+        for setting in settings {
+            arguments.extend(["--set", setting]);
+        }
+        let start = Instant::now();
+        let image = interrupted(folder.path(), &scene("pool.xml"), &arguments, 1500);
+        let took = start.elapsed();
+        println!("{arguments:?}: {:.1} s", took.as_secs_f64());
+        // A band of tiles, a part of the water or a band of pixels is ended, and the image written.
+        assert!(image.is_some(), "{arguments:?}");
+        assert!(took < Duration::from_secs(12), "{arguments:?}: {took:?}");
+    }
+}
+
 /// A lamp with a surface over a glass ball: the ball's shadow is sampled texel by texel.
 const SHADOW: &str = r#"<scene version="3.0.0">
   <default name="size" value="1"/>

@@ -106,6 +106,11 @@ impl<const N: usize> Scratch<N> {
     }
 }
 
+/// Memory \[bytes\] to work in, once both stores hold paths with their legs.
+pub const fn scratch_bytes<const N: usize>(events: usize) -> usize {
+    2 * PathStore::<N>::bytes(events)
+}
+
 /// Refiner of cells of one source's light, for one signature.
 pub struct Refiner<'a, 'f, const N: usize> {
     pub(super) paths: NodeFinder<'a, N>,
