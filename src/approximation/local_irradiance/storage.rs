@@ -15,7 +15,7 @@ pub enum Stored {
         /// The size of a step.
         step: f64,
     },
-    /// Mantissas with a shared exponent: see [`packed`].
+    /// Mantissas of nine bits with a shared exponent, three in a word.
     Rgb9e5(Vec<u32>),
     /// Half floats.
     F16(Vec<[f16; 3]>),

@@ -145,7 +145,7 @@ const FORECASTS: [Forecast; 9] = [
         method: "photons",
         sensor: "floor",
         settings: &[("photons", "65536")],
-        sides: [64, 512],
+        sides: [64, 1024],
     },
     Forecast {
         method: "path",
@@ -196,7 +196,7 @@ const FORECASTS: [Forecast; 9] = [
         method: "light-volume",
         sensor: "floor",
         settings: &[],
-        sides: [256, 1024],
+        sides: [1024, 2048],
     },
 ];
 
