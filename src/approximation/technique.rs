@@ -236,7 +236,7 @@ pub struct TableChoice {
     pub measured: Option<f64>,
 }
 
-/// Choices of tables' settings, by their bytes: each errs less than those before.
+/// Choices of tables' settings, by their bytes: each is likely to err less than those before.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableChoices {
     /// The choices.

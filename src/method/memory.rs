@@ -14,6 +14,7 @@ use crate::transport::signature::Signature;
 const PAIR: u64 = 2 * TRIPLE;
 /// Value and bounds. The standard errors of a bounded layer are zero, in memory that nobody touches.
 const BOUNDED: u64 = 3 * TRIPLE;
+
 /// Bytes of a sensor's film, from those of a texel.
 pub(super) fn film(sensor: &Sensor, bytes_a_texel: u64) -> u64 {
     texels(sensor).saturating_mul(bytes_a_texel)

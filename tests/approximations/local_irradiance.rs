@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
-use nephroid::internals::approximation::Technique as _;
 use nephroid::internals::approximation::local_irradiance::cells::Cells;
 use nephroid::internals::approximation::local_irradiance::directions::{Blended, Samples};
 use nephroid::internals::approximation::local_irradiance::layout::Layout;
@@ -14,6 +13,7 @@ use nephroid::internals::approximation::local_irradiance::prepare::{
 use nephroid::internals::approximation::local_irradiance::variants::Space;
 use nephroid::internals::approximation::local_irradiance::work::Work;
 use nephroid::internals::approximation::local_irradiance::{LocalIrradiance, Settings};
+use nephroid::internals::approximation::{TableChoice, Technique as _};
 use nephroid::internals::metric::Figure;
 use nephroid::internals::numeric::spherical_harmonics;
 use nephroid::internals::run::{Budget, Context};
@@ -1011,6 +1011,23 @@ fn choices_by_bytes_keep_what_is_typed_and_refuse_what_is_too_little() {
     assert!(refused.contains("18432"), "{refused}");
     let refused = choose(&[("directions", "harmonics"), ("storage", "f32")], 1 << 30);
     assert!(refused.unwrap_err().to_string().contains("aligned"));
+    let refused = choose(&[("space", "multi-resolution")], 1 << 30);
+    assert!(refused.unwrap_err().to_string().contains("space=grid"));
+    // Level 1 has too few triangles for seven orders; level 2 has enough.
+    let harmonics = [
+        ("space", "shell-harmonics"),
+        ("order", "7"),
+        ("frequency", "1"),
+    ];
+    let choices = choose(&harmonics, 1 << 30).unwrap();
+    let has_level_1 = |choice: &TableChoice| choice.settings.contains(&("shell-level", "1".into()));
+    assert!(!choices.front.iter().any(has_level_1), "{choices:?}");
+    // Light that goes up from below the ball leaves the floor dark.
+    let dark = over_depth([0.0, 0.0, 1.0], &glass_ball(), [2.0, 0.1], 8);
+    let values = crate::support::technique::values(&LocalIrradiance, &[("photons", "2048")]);
+    let refused =
+        LocalIrradiance.within_bytes(&dark, meter(&dark), &values, 1 << 30, &Context::default());
+    assert!(refused.unwrap_err().to_string().contains("no light"));
 }
 
 #[test]

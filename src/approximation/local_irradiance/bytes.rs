@@ -9,6 +9,8 @@
 //! e² = e²(directions) + e²(cells) + e²(numbers)
 //! ```
 //!
+//! How many shells there are is not chosen: what they err is left out.
+//!
 //! Pilots have the light of the scene alone. It may be on a sample by chance: so directions count no less
 //! than finer ones do.
 
@@ -18,7 +20,7 @@ use super::run::Run;
 use super::scenery::Kept;
 use super::settings::Settings;
 use super::size::Size;
-use super::variants::{Directions, Storage, Symmetry, Tables, Tree};
+use super::variants::{Directions, Space, Storage, Symmetry, Tables, Tree};
 use crate::approximation::{TableChoice, TableChoices};
 use crate::radiometry::Rgb;
 use crate::run::format::megabytes;
@@ -32,7 +34,7 @@ const FREQUENCIES: [u32; 5] = [1, 2, 4, 8, 16];
 const CELLS: [u32; 4] = [8, 16, 32, 64];
 /// Levels of shells that may be chosen; the reference has one more.
 const LEVELS: [u32; 4] = [1, 2, 3, 4];
-/// Numbers that may be chosen, the coarsest first.
+/// Numbers that may be chosen.
 const STORAGES: [Storage; 4] = [Storage::U8, Storage::Rgb9e5, Storage::F16, Storage::F32];
 /// Photons of the reference by those of a pilot.
 const MORE_PHOTONS: u64 = 8;
@@ -110,6 +112,13 @@ pub fn choices(
         )
         .into());
     }
+    if settings.space == Space::MultiResolution {
+        return Err(Refusal::new(
+            "space=multi-resolution and a choice by bytes: what a tree takes is known only from its light; allowed are \
+             space=grid, shells and shell-harmonics",
+        )
+        .into());
+    }
     let pilots = Pilots {
         scene,
         sensor,
@@ -121,7 +130,7 @@ pub fn choices(
         settings,
         given,
     };
-    let all = pilots.all()?;
+    let (all, truth) = pilots.all()?;
     let mut front = front(all);
     let Some(chosen) = front.iter().rposition(|one| one.bytes <= bytes) else {
         let least = front.first().map_or(0, |one| one.bytes);
@@ -132,7 +141,6 @@ pub fn choices(
     };
     // What was likely is measured where it decides.
     let beside = chosen.saturating_sub(1)..(chosen + 2).min(front.len());
-    let truth = pilots.image(&pilots.reference())?;
     for one in &mut front[beside] {
         one.measured = Some(l1(&pilots.image(&one.settings)?, &truth));
     }
@@ -143,10 +151,13 @@ pub fn choices(
 }
 
 impl Pilots<'_> {
-    /// The settings of the reference: cells half as wide, and more photons.
+    /// The settings of the reference: more photons, and finer cells unless these were typed.
     fn reference(&self) -> Settings {
         let mut settings = self.fine();
         settings.photons *= MORE_PHOTONS;
+        if self.given.contains_key(key(&settings)) {
+            return settings;
+        }
         let is_shells = kind(&settings) == Some(Tree::Shells);
         let fineness = resolution(&mut settings);
         *fineness = if is_shells {
@@ -176,7 +187,12 @@ impl Pilots<'_> {
             Some(Tree::Shells) => LEVELS,
             Some(Tree::Grid) | None => CELLS,
         };
-        self.open(key(&own), *resolution(&mut own), &all)
+        let mut open = self.open(key(&own), *resolution(&mut own), &all);
+        open.retain(|value| {
+            *resolution(&mut own) = *value;
+            demands::check(&own).is_ok()
+        });
+        open
     }
 
     /// The values of a setting that may be chosen: the one that was given, or all of a list.
@@ -226,11 +242,18 @@ impl Pilots<'_> {
         values.iter().map(error).collect()
     }
 
-    /// All choices that settings allow, with their bytes and likely errors.
-    fn all(&self) -> Result<Vec<Choice>, Error> {
+    /// All choices that settings allow, with their bytes and likely errors; and the reference's image.
+    fn all(&self) -> Result<(Vec<Choice>, Vec<Rgb>), Error> {
         let own = &self.settings;
         let fine = self.fine();
         let truth = self.image(&self.reference())?;
+        if truth.iter().all(|value| value.is_black()) {
+            return Err(Refusal::new(
+                "a choice by bytes: no light of the objects falls on the sensor, so that no table errs; allowed are \
+                 sensors and lights of which a render has light",
+            )
+            .into());
+        }
         // Without turns, every direction has tables of its own.
         let has_directions = own.symmetry == Symmetry::None;
         let frequencies = if has_directions {
@@ -291,7 +314,7 @@ impl Pilots<'_> {
                 }
             }
         }
-        Ok(all)
+        Ok((all, truth))
     }
 }
 

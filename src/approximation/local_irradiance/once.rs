@@ -119,7 +119,7 @@ impl Run<'_> {
         needed(layout, self.settings, batches.concat(), most).map_err(|count| {
             Refusal::new(format!(
                 "normal=exact: {count:.2e} cells and normals are more than fit into the memory ({most:.2e}); allowed \
-                 are normal=fixed, other cells than space={}, fewer of them, and receivers with fewer faces",
+                 are normal=fixed and vector, other cells than space={}, fewer of them, and receivers with fewer faces",
                 self.settings.space.word()
             ))
             .into()

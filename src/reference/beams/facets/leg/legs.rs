@@ -139,6 +139,11 @@ impl<'a, 'f> Legs<'a, 'f> {
         }
     }
 
+    /// Distance \[m\] from a plane that points of it may have by rounding.
+    pub(in crate::reference::beams::facets) fn flatness(&self) -> f64 {
+        self.flatness
+    }
+
     /// True if lines of one direction stay lines of one direction.
     pub(super) fn is_affine(&self) -> bool {
         matches!(self.paths.source(), Source::Parallel { .. })

@@ -1,8 +1,9 @@
 //! The refiner of polygons.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::stopper::Stopper;
+use super::view::planes_beside;
 use crate::geometry::TraversalCounters;
 use crate::reference::beams::deposit::TexelBlock;
 use crate::reference::beams::facets::land::{PolygonLanding, land};
@@ -33,6 +34,8 @@ pub struct FacetRefiner<'a, 'f, const N: usize> {
     pub(super) screen: &'f Screen<'a>,
     pub(super) film: &'f BeamFilm<N>,
     pub(super) legs: Legs<'a, 'f>,
+    /// Planes that polygons are cut along before cells follow what a camera sees.
+    pub(super) view: Vec<[DVec3; 2]>,
     /// Misplaced flux \[W\] that a polygon may have.
     pub(super) tolerance: f64,
     /// Flux \[W\] of light whose weight is one.
@@ -60,6 +63,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             screen,
             film,
             legs: Legs::new(paths, screen, clearance),
+            view: planes_beside(screen),
             tolerance,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),

@@ -3,11 +3,21 @@
 //! Cells find the light that a camera sees. They would follow the borders of all that the polygon holds, to a
 //! fineness that the film asks for. So what is far beside the film is cut off before.
 
+use glam::DVec3;
+
 use super::refiner::FacetRefiner;
 use crate::reference::beams::facets::leg::Goal;
 use crate::reference::beams::facets::polygon::{LightPolygon, PolygonCut};
 use crate::transport::facets::path::FacetLight;
 use crate::transport::screen::Screen;
+
+/// Planes beside what a sensor sees, each a point of it and its outward normal: none for a receiver.
+pub(super) fn planes_beside(screen: &Screen<'_>) -> Vec<[DVec3; 2]> {
+    match screen {
+        Screen::Receiver(_) => Vec::new(),
+        Screen::Camera { camera, .. } => camera.planes_beside_view().to_vec(),
+    }
+}
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// Cuts a polygon that ends on a facet along a plane beside the camera's film; both parts wait. `false`
@@ -16,15 +26,13 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// The planes are a little beyond those that a camera's view ends at: of the part outside, nothing is
     /// seen, even if the cut's line is bent.
     pub(super) fn cut_to_view(&mut self, polygon: &LightPolygon<N>, facet: u32) -> bool {
-        let Screen::Camera { camera, .. } = self.screen else {
-            return false;
-        };
         let (paths, screen) = (self.paths, self.screen);
-        let area = polygon.area();
-        for [point, normal] in camera.planes_beside_view() {
+        for [point, normal] in &self.view {
+            let rounding = self.legs.flatness() * normal.length();
             let side = |light: &FacetLight<N>| {
                 let end = Goal::Facet(facet).place(paths, screen, &light.ray)?;
-                Some(normal.dot(end - point))
+                let value = normal.dot(end - *point);
+                Some(if value.abs() <= rounding { 0.0 } else { value })
             };
             let values: Option<Vec<f64>> = polygon.corners.iter().map(side).collect();
             let Some(values) = values else {
@@ -33,7 +41,10 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             if let PolygonCut::Through(parts) = polygon.cut(&values, paths) {
                 for corners in [parts.above, parts.below] {
                     let mut part = polygon.with(corners);
-                    part.uncertain_area = part.share_of_uncertain_area(area).min(part.area());
+                    // What a view is cut from may be larger by any factor: its own size is what counts.
+                    part.whole = part.area();
+                    // Any border may be in a small part.
+                    part.uncertain_area = polygon.uncertain_area.min(part.whole);
                     self.pending.push(part);
                 }
                 return true;
