@@ -153,6 +153,14 @@ impl Screen<'_> {
         }
     }
 
+    /// Planes a little beside what is seen, each a point of it and its outward normal: none for a receiver.
+    pub fn planes_beside_view(&self) -> Vec<[DVec3; 2]> {
+        match self {
+            Self::Receiver(_) => Vec::new(),
+            Self::Camera { camera, .. } => camera.planes_beside_view().to_vec(),
+        }
+    }
+
     /// True if a camera sees nothing in a bundle of segments, with any hit: all of it is before the near
     /// plane, or beyond the same side of the film. For a receiver, the shape of a hit decides instead.
     pub fn sees_nothing_of(&self, bundle: &Hull) -> bool {

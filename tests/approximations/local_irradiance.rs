@@ -1022,8 +1022,9 @@ fn choices_by_bytes_keep_what_is_typed_and_refuse_what_is_too_little() {
     let choices = choose(&harmonics, 1 << 30).unwrap();
     let has_level_1 = |choice: &TableChoice| choice.settings.contains(&("shell-level", "1".into()));
     assert!(!choices.front.iter().any(has_level_1), "{choices:?}");
-    // Light that goes up from below the ball leaves the floor dark.
-    let dark = over_depth([0.0, 0.0, 1.0], &glass_ball(), [2.0, 0.1], 8);
+    // A mirror sends all of its light up.
+    let mirror = r#"<shape type="disk"><bsdf type="conductor"/></shape>"#;
+    let dark = over_depth(ZENITH, mirror, [2.0, 2.0], 8);
     let values = crate::support::technique::values(&LocalIrradiance, &[("photons", "2048")]);
     let refused =
         LocalIrradiance.within_bytes(&dark, meter(&dark), &values, 1 << 30, &Context::default());

@@ -39,7 +39,7 @@ const STORAGES: [Storage; 4] = [Storage::U8, Storage::Rgb9e5, Storage::F16, Stor
 /// Photons of the reference by those of a pilot.
 const MORE_PHOTONS: u64 = 8;
 
-/// The part of an error that is left of it at most where more bytes are worth while: pilots know it no better.
+/// The part of an error that is left at most where more bytes are worth while: pilots know it no better.
 const GAIN: f64 = 0.99;
 
 /// A value of a setting with the error that it makes.

@@ -25,8 +25,8 @@ use crate::transport::flux::Flux;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::Signature;
 
-/// Least number of patches of one task: of a surface with few patches it makes some hundred tasks. Polygons of
-/// facets share no paths: of these, one is enough.
+/// Least number of patches of one task: of a surface with few patches it makes some hundred tasks. Polygons
+/// of facets share no paths: of these, one is enough.
 const LEAST_OF_TASK: usize = 16;
 /// Most patches of one task: it is so large that most neighbours, which share paths, are in one task.
 const MOST_OF_TASK: usize = 512;

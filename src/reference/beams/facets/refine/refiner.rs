@@ -3,7 +3,6 @@
 use glam::{DVec2, DVec3};
 
 use super::stopper::Stopper;
-use super::view::planes_beside;
 use crate::geometry::TraversalCounters;
 use crate::reference::beams::deposit::TexelBlock;
 use crate::reference::beams::facets::land::{PolygonLanding, land};
@@ -63,7 +62,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             screen,
             film,
             legs: Legs::new(paths, screen, clearance),
-            view: planes_beside(screen),
+            view: screen.planes_beside_view(),
             tolerance,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),

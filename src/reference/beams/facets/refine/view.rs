@@ -3,21 +3,10 @@
 //! Cells find the light that a camera sees. They would follow the borders of all that the polygon holds, to a
 //! fineness that the film asks for. So what is far beside the film is cut off before.
 
-use glam::DVec3;
-
 use super::refiner::FacetRefiner;
 use crate::reference::beams::facets::leg::Goal;
 use crate::reference::beams::facets::polygon::{LightPolygon, PolygonCut};
 use crate::transport::facets::path::FacetLight;
-use crate::transport::screen::Screen;
-
-/// Planes beside what a sensor sees, each a point of it and its outward normal: none for a receiver.
-pub(super) fn planes_beside(screen: &Screen<'_>) -> Vec<[DVec3; 2]> {
-    match screen {
-        Screen::Receiver(_) => Vec::new(),
-        Screen::Camera { camera, .. } => camera.planes_beside_view().to_vec(),
-    }
-}
 
 impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// Cuts a polygon that ends on a facet along a plane beside the camera's film; both parts wait. `false`
