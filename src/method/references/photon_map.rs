@@ -45,8 +45,8 @@ pub(super) fn settings(values: &Values) -> PhotonMapSettings {
     }
 }
 
-/// Photons that a photon of a map leaves, before a pilot tells: most meet two surfaces that scatter. In closed
-/// scenes, or if more events split, a photon may leave more.
+/// Photons that a photon of a map leaves, before a pilot tells: most meet two surfaces that scatter. In
+/// closed scenes, or if more events split, a photon may leave more.
 pub(super) const MOST_KEPT: f64 = 2.0;
 
 /// Memory \[bytes\] of the photons of a map, each of which is kept on so many surfaces.
