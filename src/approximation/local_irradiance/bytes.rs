@@ -62,12 +62,12 @@ impl Choice {
     /// It by the keys of its settings.
     fn told(self) -> TableChoice {
         let mut settings = self.settings;
-        let mut told = vec![("storage", settings.storage.word().to_owned())];
-        told.push((key(&settings), resolution(&mut settings).to_string()));
+        let mut told = Vec::new();
         if settings.symmetry == Symmetry::None {
             told.push(("frequency", settings.frequency.to_string()));
         }
-        told.reverse();
+        told.push((key(&settings), resolution(&mut settings).to_string()));
+        told.push(("storage", settings.storage.word().to_owned()));
         TableChoice {
             settings: told,
             bytes: self.bytes,
@@ -227,19 +227,27 @@ impl Pilots<'_> {
         Ok(run.frame(&kept).values)
     }
 
+    /// The errors of some values. The image of the `finest` pilot is there.
     fn measured<T: Copy>(
         &self,
         values: &[T],
         truth: &[Rgb],
+        (fine, finest): (&Settings, &[Rgb]),
         with: impl Fn(T) -> Settings,
     ) -> Result<Vec<Measured<T>>, Error> {
-        let error = |value: &T| {
+        let measure = |value: &T| {
+            let settings = with(*value);
+            let error = if settings == *fine {
+                l1(finest, truth)
+            } else {
+                l1(&self.image(&settings)?, truth)
+            };
             Ok(Measured {
                 value: *value,
-                error: l1(&self.image(&with(*value))?, truth),
+                error,
             })
         };
-        values.iter().map(error).collect()
+        values.iter().map(measure).collect()
     }
 
     /// All choices that settings allow, with their bytes and likely errors; and the reference's image.
@@ -254,6 +262,8 @@ impl Pilots<'_> {
             )
             .into());
         }
+        let finest = self.image(&fine)?;
+        let pilot = (&fine, finest.as_slice());
         // Without turns, every direction has tables of its own.
         let has_directions = own.symmetry == Symmetry::None;
         let frequencies = if has_directions {
@@ -261,7 +271,7 @@ impl Pilots<'_> {
         } else {
             vec![own.frequency]
         };
-        let mut directions = self.measured(&frequencies, &truth, |frequency| Settings {
+        let mut directions = self.measured(&frequencies, &truth, pilot, |frequency| Settings {
             frequency,
             directions: own.directions,
             ..fine.clone()
@@ -271,13 +281,12 @@ impl Pilots<'_> {
             directions[index - 1].error = directions[index - 1].error.max(finer);
         }
         let finenesses = self.finenesses();
-        let cells = self.measured(&finenesses, &truth, |value| {
+        let cells = self.measured(&finenesses, &truth, pilot, |value| {
             let mut settings = fine.clone();
             *resolution(&mut settings) = value;
             settings
         })?;
         // Numbers are rounded whatever else there is: what they add to the finest pilot is theirs.
-        let rounded = self.image(&fine)?;
         let storages = self.open("storage", own.storage, &STORAGES);
         let fitting = |storage: &Storage| {
             let settings = Settings {
@@ -287,7 +296,7 @@ impl Pilots<'_> {
             demands::check(&settings).is_ok()
         };
         let storages: Vec<Storage> = storages.into_iter().filter(fitting).collect();
-        let storages = self.measured(&storages, &rounded, |storage| Settings {
+        let storages = self.measured(&storages, &finest, pilot, |storage| Settings {
             storage,
             ..fine.clone()
         })?;
@@ -298,16 +307,17 @@ impl Pilots<'_> {
                     let mut settings = Settings {
                         frequency: frequency.value,
                         storage: storage.value,
-                        tables: Tables::All,
                         ..own.clone()
                     };
                     *resolution(&mut settings) = cells.value;
                     let squares = [frequency.error, cells.error, storage.error].map(|e| e * e);
-                    let bytes = Size::new(self.scene, self.sensor, &settings).tables;
-                    settings.tables = Tables::Needed;
+                    let whole = Settings {
+                        tables: Tables::All,
+                        ..settings.clone()
+                    };
                     all.push(Choice {
                         settings,
-                        bytes,
+                        bytes: Size::new(self.scene, self.sensor, &whole).tables,
                         likely: squares.iter().sum::<f64>().sqrt(),
                         measured: None,
                     });

@@ -326,26 +326,20 @@ impl<'a> TextTable<'a> {
                 "neither image has error bars: nothing tells noise from difference"
             )?;
         }
-        for layer in layers() {
-            let few = layer.significance.as_ref().map_or(0, |it| it.few);
-            if few > 0 {
-                writeln!(
-                    out,
-                    "{}: {few} values of few samples are judged by their bounds, beside the {} of the means of z",
-                    layer.layer,
-                    layer.significance.as_ref().map_or(0, |it| it.tests)
-                )?;
-            }
+        let tested = || layers().filter_map(|one| Some((&one.layer, one.significance.as_ref()?)));
+        for (layer, it) in tested().filter(|(_, it)| it.few > 0) {
+            writeln!(
+                out,
+                "{layer}: {} values of few samples are judged by their bounds, beside the {} of the means of z",
+                it.few, it.tests
+            )?;
         }
-        for layer in layers() {
-            let untested = layer.significance.as_ref().map_or(0, |it| it.untested);
-            if untested > 0 {
-                writeln!(
-                    out,
-                    "{}: {untested} values differ where an image says 0 for its standard error (no sample arrived): not tested",
-                    layer.layer
-                )?;
-            }
+        for (layer, it) in tested().filter(|(_, it)| it.untested > 0) {
+            writeln!(
+                out,
+                "{layer}: {} values differ where an image says 0 for its standard error (no sample arrived): not tested",
+                it.untested
+            )?;
         }
         Ok(())
     }

@@ -250,7 +250,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                 return;
             }
             LegEnd::Sensor => {
-                if matches!(self.screen, Screen::Camera { .. })
+                if !self.view.is_empty()
                     && let Some(facet) = self.next_facet(&polygon)
                     && self.cut_to_view(&polygon, facet)
                 {
