@@ -4,16 +4,14 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::facets::{FacetRefiner, facet_of};
+use super::facets::{FacetRefiner, Followed, by_events, facet_of};
 use super::film::BeamFilm;
 use super::limit::Limit;
-use super::pass::{BeamLight, Passes};
-use super::refine::{Limits, Refiner, Scratch, Sounding};
+use super::pass::{Asked, BeamLight, Passes};
+use super::refine::{Scratch, Sounding};
 use crate::numeric::{FixedPoint, Stream, StreamKind};
 use crate::run::Budget;
 use crate::transport::first_surface::SurfacePatch;
-use crate::transport::fixed_signature::PathFollower;
-use crate::transport::signature::Signature;
 
 /// Ways down that are taken for each signature and source. Their work differs by a few times their mean: so
 /// many tell the mean to some ten percent.
@@ -106,67 +104,60 @@ fn emitted(passes: &Passes, light: &BeamLight, patch: &SurfacePatch) -> Option<f
 }
 
 impl Passes<'_> {
-    /// Likely work of one signature at one tolerance, from a sample of each light.
-    pub fn sound(
-        &self,
-        lights: &[(&BeamLight, Sample)],
-        signature: Signature,
-        limits: Limits,
-    ) -> Sounding {
+    /// Likely work of some signatures that are followed together, from a sample of each light.
+    pub fn sound(&self, lights: &[(&BeamLight, Sample)], asked: &[Asked]) -> Sounding {
         if self.target.is_achromatic(self.scene) {
-            self.sound_in::<1>(lights, signature, limits)
+            self.sound_in::<1>(lights, asked)
         } else {
-            self.sound_in::<3>(lights, signature, limits)
+            self.sound_in::<3>(lights, asked)
         }
     }
 
     fn sound_in<const N: usize>(
         &self,
         lights: &[(&BeamLight, Sample)],
-        signature: Signature,
-        limits: Limits,
+        asked: &[Asked],
     ) -> Sounding {
         let mut all = Sounding::default();
         // What is put on it is of no use, so that it need not be right.
         let Ok(scale) = FixedPoint::for_total(64.0 * self.flux) else {
             return all;
         };
+        let mut asked = asked.to_vec();
+        asked.sort_by(|a, b| by_events(a.0, b.0));
         let film = BeamFilm::<N>::new(self.target.size(), scale);
         let screen = self.target.screen();
-        let stream = Stream::new(StreamKind::Random, SEED).split(u64::from(signature.key()));
         for (light, sample) in lights {
-            let paths = self.paths(light, signature);
-            let sound = |work: &dyn Fn(&mut Refiner<'_, '_, N>) -> Sounding| {
+            let paths = self.paths(light);
+            let sound = |asked: &[Asked], work: &dyn Fn(&mut [Followed<'_, N>]) -> Sounding| {
                 let budget = Budget {
                     work: Some(MOST_RAYS),
                     time: Some(LONGEST),
                     ..Budget::default()
                 };
                 let limit = Limit::new(&budget, self.progress, Instant::now());
-                let mut scratch = Scratch::new(signature.len());
-                let follower = PathFollower::new(
-                    self.scene,
-                    &light.source,
-                    &screen,
-                    signature,
-                    self.shading_normals,
-                );
-                let mut refiner = Refiner::new(
-                    follower,
-                    self.shared,
-                    &film,
-                    self.clearance,
-                    &limit,
-                    limits,
-                    &mut scratch,
-                );
-                work(&mut refiner)
+                let scratch = asked
+                    .iter()
+                    .map(|(signature, _)| Scratch::new(signature.len()));
+                let mut scratch: Vec<Scratch<N>> = scratch.collect();
+                let mut followed: Vec<Followed<'_, N>> = asked
+                    .iter()
+                    .zip(&mut scratch)
+                    .map(|(one, scratch)| {
+                        self.followed(light, &screen, *one, &film, &limit, scratch)
+                    })
+                    .collect();
+                work(&mut followed)
             };
-            let ways = sample.patches.par_iter().enumerate();
-            let ways = ways.map(|(way, (patch, stands_for))| {
-                let found = sound(&|refiner| {
+            let ways = asked.par_iter().flat_map(|one| {
+                let stream = Stream::new(StreamKind::Random, SEED).split(u64::from(one.0.key()));
+                let ways = sample.patches.par_iter().enumerate();
+                ways.map(move |(way, drawn)| (one, stream, way, drawn))
+            });
+            let ways = ways.map(|(one, stream, way, (patch, stands_for))| {
+                let found = sound(std::slice::from_ref(one), &|followed| {
                     let mut level = 0;
-                    refiner.sound(patch, || {
+                    followed[0].cells.sound(patch, || {
                         level += 1;
                         stream.extra(way as u64, level)
                     })
@@ -174,13 +165,11 @@ impl Passes<'_> {
                 found * *stands_for
             });
             let facets = sample.facets.par_iter().map(|(facet, stands_for)| {
-                let found = sound(&|refiner| {
+                let found = sound(&asked, &|followed| {
                     let began = Instant::now();
-                    let mut polygons =
-                        FacetRefiner::new(&paths, &screen, self.clearance, &film, limits.tolerance);
-                    polygons.refine(*facet, refiner);
-                    let rays = polygons.counters.rays + refiner.counters().rays;
-                    Sounding::new(rays, began.elapsed())
+                    FacetRefiner::new(&paths, &screen, self.clearance, followed).refine(*facet);
+                    let rays = followed.iter().map(|one| one.cells.counters().rays);
+                    Sounding::new(rays.sum(), began.elapsed())
                 });
                 found * *stands_for
             });

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::pass::SignatureReport;
+use super::pass::{PassLayer, SignatureReport};
 use super::schedule::{self, Known};
 use super::selection::Found;
 use super::sums::Sums;
@@ -48,6 +48,38 @@ pub(super) struct MadeLayer {
     pub calibration: f64,
     /// True if a finer tolerance would not help.
     pub is_stuck: bool,
+}
+
+/// A layer of which some signatures are made.
+#[derive(Default)]
+pub(super) struct Made {
+    sums: Option<Sums>,
+    reports: Vec<SignatureReport>,
+    work: u64,
+}
+
+impl Made {
+    /// Adds a signature.
+    pub fn add(&mut self, one: PassLayer) {
+        match &mut self.sums {
+            Some(sums) => sums.add(&one.sums),
+            none => *none = Some(one.sums),
+        }
+        self.work += one.counters.rays + one.report.cells;
+        self.reports.push(one.report);
+    }
+
+    /// The layer, once it has all of its signatures.
+    pub fn layer(self, tolerance: f64) -> Option<MadeLayer> {
+        Some(MadeLayer {
+            sums: self.sums?,
+            reports: self.reports,
+            tolerance,
+            work: self.work as f64,
+            calibration: 1.0,
+            is_stuck: false,
+        })
+    }
 }
 
 /// The mean irradiance of lit texels, and their number.

@@ -15,6 +15,7 @@
 //! but sums on the film ([`sums`]) is kept of a pass: memory does not grow with the number of cells.
 
 pub mod bars;
+mod batch;
 pub mod cell;
 mod coarse;
 pub mod cut;

@@ -1,11 +1,12 @@
-//! One path signature's light of some sources, at one tolerance.
+//! Light of some path signatures and sources, each signature at one tolerance.
 
+use std::ops::Range;
 use std::sync::Mutex;
 
 use rayon::prelude::*;
 
 use super::bars::bounded;
-use super::facets::{FacetRefiner, part_patches};
+use super::facets::{FacetRefiner, Followed, by_events, part_patches};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::refine::{Balance, Limits, Refiner, Scratch};
@@ -23,6 +24,7 @@ use crate::transport::first_surface::{Cone, SharedPlaces, Source, SurfacePatch};
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::flux::Flux;
 use crate::transport::scatter::ShadingNormals;
+use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
 /// Least number of patches of one task: of a surface with few patches it makes some hundred tasks. Polygons
@@ -81,6 +83,8 @@ pub struct PassLayer {
     pub sums: Sums,
     /// Sums over all cells.
     pub report: SignatureReport,
+    /// The work that its cells took, and the polygons that it shares with others behind it.
+    pub counters: TraversalCounters,
 }
 
 /// One signature's cells in the last pass.
@@ -106,167 +110,222 @@ pub struct SignatureReport {
     pub balance_error: f64,
 }
 
-/// The balance of some patches, and the work that they took.
-type TaskWork<const N: usize> = (Balance<N>, TraversalCounters);
+/// A signature to be followed, and the limits of its division.
+pub type Asked = (Signature, Limits);
 
-/// The work of some patches; `None` if it was stopped.
-type TaskResult<const N: usize> = Option<TaskWork<N>>;
+/// What a task did for one of the signatures.
+struct Done<const N: usize> {
+    /// Its number.
+    signature: usize,
+    balance: Balance<N>,
+    counters: TraversalCounters,
+}
+
+/// What a task did; `None` if it was stopped.
+type TaskResult<const N: usize> = Option<Vec<Done<N>>>;
 
 impl Passes<'_> {
-    /// One signature at one tolerance; `None` if it was stopped.
+    /// Some signatures, each at its tolerance; `None` if work was stopped. Those that begin with the same
+    /// events share the polygons of flat facets.
     ///
     /// # Errors
     ///
     /// If a texel's flux is not representable.
-    pub fn signature(
+    pub fn signatures(
         &self,
         lights: &[BeamLight],
-        signature: Signature,
-        limits: Limits,
-        counters: &mut TraversalCounters,
-    ) -> Result<Option<PassLayer>, Error> {
+        asked: &[Asked],
+    ) -> Result<Option<Vec<PassLayer>>, Error> {
         if self.target.is_achromatic(self.scene) {
-            self.in_channels::<1>(lights, signature, limits, counters)
+            self.in_channels::<1>(lights, asked)
         } else {
-            self.in_channels::<3>(lights, signature, limits, counters)
+            self.in_channels::<3>(lights, asked)
         }
     }
 
     fn in_channels<const N: usize>(
         &self,
         lights: &[BeamLight],
-        signature: Signature,
-        limits: Limits,
-        counters: &mut TraversalCounters,
-    ) -> Result<Option<PassLayer>, Error> {
+        asked: &[Asked],
+    ) -> Result<Option<Vec<PassLayer>>, Error> {
         // Uncertain flux may count the same flux in several texels, and the discovery is coarse.
         let scale = FixedPoint::for_total(64.0 * self.flux).map_err(|_| not_representable())?;
-        let film = BeamFilm::<N>::new(self.target.size(), scale);
+        let mut order: Vec<usize> = (0..asked.len()).collect();
+        order.sort_by(|a, b| by_events(asked[*a].0, asked[*b].0));
+        let sorted: Vec<Asked> = order.iter().map(|index| asked[*index]).collect();
+        let film = |_| BeamFilm::<N>::new(self.target.size(), scale);
+        let films: Vec<BeamFilm<N>> = sorted.iter().map(film).collect();
         let done: Vec<Vec<TaskResult<N>>> = lights
             .par_iter()
-            .map(|light| self.light(light, signature, limits, &film))
+            .map(|light| self.light(light, &sorted, &films))
             .collect();
-        let mut total = Balance::<N>::default();
+        let mut totals = vec![(Balance::<N>::default(), TraversalCounters::default()); asked.len()];
         // In the order of the patches: floats are summed the same on any threads.
-        for one in done.into_iter().flatten() {
-            let Some((balance, work)) = one else {
+        for task in done.into_iter().flatten() {
+            let Some(task) = task else {
                 return Ok(None);
             };
-            total += balance;
-            *counters += work;
+            for done in task {
+                let (balance, counters) = &mut totals[done.signature];
+                *balance += done.balance;
+                *counters += done.counters;
+            }
         }
-        if film.overflowed() {
-            return Err(not_representable());
+        let mut layers: Vec<(usize, PassLayer)> = Vec::new();
+        for (((index, film), (signature, _)), (balance, counters)) in
+            order.into_iter().zip(films).zip(sorted).zip(totals)
+        {
+            layers.push((index, layer(signature, &film, &balance, counters)?));
         }
-        let bounded = bounded(&film);
-        let on_film = bounded
-            .flux
-            .iter()
-            .fold(Flux::BLACK, |sum, flux| sum + *flux);
-        let emitted = total.emitted.max(f64::MIN_POSITIVE);
-        let report = SignatureReport {
-            name: signature.to_string(),
-            cells: total.cells,
-            cut_cells: total.cut_cells,
-            unresolved_cells: total.unresolved_cells,
-            received: total.received.rgb(),
-            uncertain: total.uncertain.rgb(),
-            emitted: total.emitted,
-            balance_error: (on_film - total.received).max_magnitude() / emitted,
-        };
-        Ok(Some(PassLayer {
-            sums: Sums::of(&bounded),
-            report,
-        }))
+        layers.sort_by_key(|(index, _)| *index);
+        Ok(Some(layers.into_iter().map(|(_, layer)| layer).collect()))
     }
 
     /// The paths of one source's light by way of flat facets.
-    pub(super) fn paths<'p>(
-        &'p self,
-        light: &'p BeamLight,
-        signature: Signature,
-    ) -> FacetPaths<'p> {
-        FacetPaths::new(
+    pub(super) fn paths<'p>(&'p self, light: &'p BeamLight) -> FacetPaths<'p> {
+        FacetPaths::new(self.scene, &light.source, self.facets, self.shading_normals)
+    }
+
+    /// A refiner of one source's light, for one signature.
+    pub(super) fn followed<'f, const N: usize>(
+        &'f self,
+        light: &'f BeamLight,
+        screen: &'f Screen<'f>,
+        (signature, limits): Asked,
+        film: &'f BeamFilm<N>,
+        limit: &'f Limit<'f>,
+        scratch: &'f mut Scratch<N>,
+    ) -> Followed<'f, N> {
+        let follower = PathFollower::new(
             self.scene,
             &light.source,
-            self.facets,
+            screen,
             signature,
             self.shading_normals,
-        )
+        );
+        Followed {
+            signature,
+            tolerance: limits.tolerance,
+            cells: Refiner::new(
+                follower,
+                self.shared,
+                film,
+                self.clearance,
+                limit,
+                limits,
+                scratch,
+            ),
+        }
     }
 
     /// One source's light, in tasks of some patches.
     fn light<const N: usize>(
         &self,
         light: &BeamLight,
-        signature: Signature,
-        limits: Limits,
-        film: &BeamFilm<N>,
+        asked: &[Asked],
+        films: &[BeamFilm<N>],
     ) -> Vec<TaskResult<N>> {
-        // Memory to work in, handed from task to task.
-        let idle: Mutex<Vec<Scratch<N>>> = Mutex::new(Vec::new());
+        // Memory of each signature to work in, handed from task to task.
+        let idle: Vec<Mutex<Vec<Scratch<N>>>> = asked.iter().map(|_| Mutex::default()).collect();
         let screen = self.target.screen();
-        let paths = self.paths(light, signature);
-        let refined = |count: usize, work: &dyn Fn(&mut Refiner<'_, '_, N>) -> TaskWork<N>| {
-            if self.limit.is_reached() {
-                return None;
-            }
-            let held = idle.lock().ok().and_then(|mut idle| idle.pop());
-            let mut scratch = held.unwrap_or_else(|| Scratch::new(signature.len()));
-            let follower = PathFollower::new(
-                self.scene,
-                &light.source,
-                &screen,
-                signature,
-                self.shading_normals,
-            );
-            let mut refiner = Refiner::new(
-                follower,
-                self.shared,
-                film,
-                self.clearance,
-                self.limit,
-                limits,
-                &mut scratch,
-            );
-            let (mut balance, mut counters) = work(&mut refiner);
-            if refiner.was_stopped() {
-                return None;
-            }
-            balance += refiner.balance;
-            counters += refiner.counters();
-            self.limit.spend(counters.rays - refiner.spent());
-            self.progress.add(count as u64);
-            if let Ok(mut idle) = idle.lock() {
-                idle.push(scratch);
-            }
-            Some((balance, counters))
-        };
+        let paths = self.paths(light);
+        let refined =
+            |signatures: Range<usize>, patches: usize, work: &dyn Fn(&mut [Followed<'_, N>])| {
+                if self.limit.is_reached() {
+                    return None;
+                }
+                let held = |index: usize| {
+                    let held = idle[index].lock().ok().and_then(|mut idle| idle.pop());
+                    held.unwrap_or_else(|| Scratch::new(asked[index].0.len()))
+                };
+                let mut scratch: Vec<Scratch<N>> = signatures.clone().map(held).collect();
+                let mut followed: Vec<Followed<'_, N>> = signatures
+                    .clone()
+                    .zip(&mut scratch)
+                    .map(|(index, scratch)| {
+                        let film = &films[index];
+                        self.followed(light, &screen, asked[index], film, self.limit, scratch)
+                    })
+                    .collect();
+                work(&mut followed);
+                if followed.iter().any(|one| one.cells.was_stopped()) {
+                    return None;
+                }
+                let done = |(signature, one): (usize, Followed<'_, N>)| {
+                    let counters = one.cells.counters();
+                    self.limit.spend(counters.rays - one.cells.spent());
+                    Done {
+                        signature,
+                        balance: one.cells.balance,
+                        counters,
+                    }
+                };
+                let done: Vec<Done<N>> = signatures.clone().zip(followed).map(done).collect();
+                self.progress.add((patches * signatures.len()) as u64);
+                for (index, scratch) in signatures.zip(scratch) {
+                    if let Ok(mut idle) = idle[index].lock() {
+                        idle.push(scratch);
+                    }
+                }
+                Some(done)
+            };
         let (flat, patches) = light.parts(self.facets);
         let task = |patches: usize, least: usize| (patches / TASKS).clamp(least, MOST_OF_TASK);
-        let by_cells = patches
-            .par_chunks(task(patches.len(), LEAST_OF_TASK))
-            .map(|patches| {
-                refined(patches.len(), &|refiner| {
-                    for patch in patches {
-                        refiner.refine(patch);
-                    }
-                    TaskWork::default()
-                })
-            });
-        let by_facets = flat.par_chunks(task(flat.len(), 1)).map(|facets| {
-            refined(facets.len(), &|refiner| {
-                let tolerance = limits.tolerance;
-                let mut polygons =
-                    FacetRefiner::new(&paths, &screen, self.clearance, film, tolerance);
-                for facet in facets {
-                    polygons.refine(*facet, refiner);
+        let by_cells = (0..asked.len()).into_par_iter().flat_map(|signature| {
+            patches
+                .par_chunks(task(patches.len(), LEAST_OF_TASK))
+                .map(move |patches| (signature, patches))
+        });
+        let by_cells = by_cells.map(|(signature, patches)| {
+            refined(signature..signature + 1, patches.len(), &|followed| {
+                for patch in patches {
+                    followed[0].cells.refine(patch);
                 }
-                (polygons.balance, polygons.counters)
+            })
+        });
+        let by_facets = flat.par_chunks(task(flat.len(), 1)).map(|facets| {
+            refined(0..asked.len(), facets.len(), &|followed| {
+                let mut polygons = FacetRefiner::new(&paths, &screen, self.clearance, followed);
+                for facet in facets {
+                    polygons.refine(*facet);
+                }
             })
         });
         by_cells.chain(by_facets).collect()
     }
+}
+
+/// A signature's layer from its film.
+fn layer<const N: usize>(
+    signature: Signature,
+    film: &BeamFilm<N>,
+    balance: &Balance<N>,
+    counters: TraversalCounters,
+) -> Result<PassLayer, Error> {
+    if film.overflowed() {
+        return Err(not_representable());
+    }
+    let bounded = bounded(film);
+    let on_film = bounded
+        .flux
+        .iter()
+        .fold(Flux::BLACK, |sum, flux| sum + *flux);
+    let emitted = balance.emitted.max(f64::MIN_POSITIVE);
+    let report = SignatureReport {
+        name: signature.to_string(),
+        cells: balance.cells,
+        cut_cells: balance.cut_cells,
+        unresolved_cells: balance.unresolved_cells,
+        received: balance.received.rgb(),
+        uncertain: balance.uncertain.rgb(),
+        emitted: balance.emitted,
+        balance_error: (on_film - balance.received).max_magnitude() / emitted,
+    };
+    Ok(PassLayer {
+        sums: Sums::of(&bounded),
+        report,
+        counters,
+    })
 }
 
 fn not_representable() -> Error {

@@ -3,19 +3,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
+use super::batch::{batches, most as most_together};
 use super::coarse::coarse;
 use super::discovery::{SignatureLight, discover};
 use super::finish;
 use super::forecast::{Forecast, Sample};
-use super::layers::{BeamLayer, Lit, MadeLayer, lit};
+use super::layers::{BeamLayer, Lit, Made, lit};
 use super::limit::Limit;
-use super::pass::{BeamLight, Passes};
+use super::pass::{Asked, BeamLight, Passes};
 use super::refine::{Limits, Sounding};
 use super::report::BeamReport;
 use super::schedule::{self, Known};
 use super::selection::{Found, LeftOut, MARGIN, bound, left, needed_for};
 use super::settings::{BeamSettings, target_error};
-use super::sums::Sums;
 use super::support::supports;
 use crate::geometry::TraversalCounters;
 use crate::numeric::math;
@@ -59,6 +59,17 @@ pub struct Divided {
     pub has_others: bool,
     /// Events of the longest signature.
     pub events: usize,
+}
+
+/// A signature of a layer that is made.
+struct Member {
+    /// The number of the layer.
+    layer: usize,
+    /// The layer's tolerance.
+    tolerance: f64,
+    asked: Asked,
+    /// Flux \[W\] that a texel may get of it, if its cells are too coarse to tell.
+    may_get: Option<Vec<f64>>,
 }
 
 /// A run, set up.
@@ -341,14 +352,11 @@ impl<'a> Setup<'a> {
         let (mut all, began) = (Sounding::default(), Instant::now());
         let first = schedule::first(target, false);
         let goal = target.unwrap_or(schedule::COARSE_ERROR);
-        for layer in layers {
-            let Some(tolerance) = self.first(layer, first, goal) else {
-                continue;
-            };
-            for member in &layer.members {
-                let limits = self.limits(member, tolerance);
-                all += passes.sound(&lights, member.0, limits);
-            }
+        let tolerances = layers.iter().map(|layer| self.first(layer, first, goal));
+        let members = self.members(layers, &tolerances.collect::<Vec<_>>());
+        for batch in batches(members.len(), self.most_together()) {
+            let asked: Vec<Asked> = members[batch].iter().map(|one| one.asked).collect();
+            all += passes.sound(&lights, &asked);
         }
         let all = all * schedule::after_first(target);
         let threads = rayon::current_num_threads() as f64;
@@ -504,48 +512,71 @@ impl<'a> Setup<'a> {
         };
         let signatures: usize = asked().map(|(layer, _)| layer.members.len()).sum();
         self.progress.begin_pass((patches * signatures) as u64);
+        let members = self.members(layers, tolerances);
+        let mut waiting: Vec<(Made, usize)> = layers
+            .iter()
+            .map(|layer| (Made::default(), layer.members.len()))
+            .collect();
         let mut all = 0.0;
-        for (layer, tolerance) in layers.iter_mut().zip(tolerances) {
-            let Some(tolerance) = *tolerance else {
-                continue;
+        for batch in batches(members.len(), self.most_together()) {
+            let batch = &members[batch];
+            let asked: Vec<Asked> = batch.iter().map(|one| one.asked).collect();
+            let made = passes.signatures(&self.lights, &asked)?;
+            let Some(made) = made.filter(|_| !limit.is_beyond_rays()) else {
+                return Ok(all);
             };
-            let mut own_counters = TraversalCounters::default();
-            let mut sums: Option<Sums> = None;
-            let mut reports = Vec::new();
-            for member in &layer.members {
-                let (signature, found) = member;
-                let limits = self.limits(member, tolerance);
-                let made = passes.signature(&self.lights, *signature, limits, &mut own_counters)?;
-                let Some(mut one) = made.filter(|_| !limit.is_beyond_rays()) else {
-                    return Ok(all);
-                };
-                let is_fine = self.own(member, tolerance) <= schedule::fine(self.part(found));
-                if !is_fine {
-                    one.sums.widen(&self.may_get(found));
+            for (member, mut one) in batch.iter().zip(made) {
+                *counters += one.counters;
+                if let Some(bound) = &member.may_get {
+                    one.sums.widen(bound);
                 }
-                match &mut sums {
-                    Some(sums) => sums.add(&one.sums),
-                    none => *none = Some(one.sums),
+                let (made, left) = &mut waiting[member.layer];
+                made.add(one);
+                *left -= 1;
+                if *left == 0
+                    && let Some(made) = std::mem::take(made).layer(member.tolerance)
+                {
+                    all += made.work;
+                    layers[member.layer].take(made, &self.target);
                 }
-                reports.push(one.report);
-            }
-            let cells: u64 = reports.iter().map(|one| one.cells).sum();
-            let work = (own_counters.rays + cells) as f64;
-            *counters += own_counters;
-            all += work;
-            if let Some(sums) = sums {
-                let made = MadeLayer {
-                    sums,
-                    reports,
-                    tolerance,
-                    work,
-                    calibration: 1.0,
-                    is_stuck: false,
-                };
-                layer.take(made, &self.target);
             }
         }
         Ok(all)
+    }
+
+    /// Most signatures that are followed together: flat facets' polygons have something to share.
+    fn most_together(&self) -> usize {
+        let is_flat = |light: &BeamLight| !light.parts(&self.facets).0.is_empty();
+        if self.lights.iter().any(is_flat) {
+            let channels = if self.target.is_achromatic(self.scene) {
+                1
+            } else {
+                3
+            };
+            most_together(self.target.texels(), channels)
+        } else {
+            1
+        }
+    }
+
+    /// The signatures of layers that are made at these tolerances, in the order of layers.
+    fn members(&self, layers: &[BeamLayer], tolerances: &[Option<f64>]) -> Vec<Member> {
+        let mut members = Vec::new();
+        for (layer, (one, tolerance)) in layers.iter().zip(tolerances).enumerate() {
+            let Some(tolerance) = *tolerance else {
+                continue;
+            };
+            for found in &one.members {
+                let is_fine = self.own(found, tolerance) <= schedule::fine(self.part(&found.1));
+                members.push(Member {
+                    layer,
+                    tolerance,
+                    asked: (found.0, self.limits(found, tolerance)),
+                    may_get: (!is_fine).then(|| self.may_get(&found.1)),
+                });
+            }
+        }
+        members
     }
 }
 

@@ -53,37 +53,73 @@ impl<const N: usize> FacetLight<N> {
     }
 }
 
-/// Follower of light of one source and one signature along chains of facets.
+/// The facets that light met, and the events that it had there.
+#[derive(Clone, Debug)]
+pub struct FacetChain {
+    /// The first one from the start on, before the light gets there.
+    facets: Vec<u32>,
+    events: Signature,
+}
+
+impl FacetChain {
+    /// That of light on its way from the emitter to its first facet.
+    pub fn to(facet: u32) -> Self {
+        Self {
+            facets: vec![facet],
+            events: Signature::DIRECT,
+        }
+    }
+
+    /// The first facet.
+    #[inline]
+    pub fn first(&self) -> u32 {
+        self.facets[0]
+    }
+
+    /// Number of events so far.
+    #[inline]
+    pub fn events(&self) -> usize {
+        self.events.len()
+    }
+
+    /// The facet that the light left last; `None` if it comes from the emitter.
+    #[inline]
+    pub fn left(&self) -> Option<u32> {
+        Some(self.facets[self.events().checked_sub(1)?])
+    }
+
+    /// Adds an event. The first one is on the first facet.
+    pub fn push(&mut self, facet: u32, event: Event) {
+        if self.events() > 0 {
+            self.facets.push(facet);
+        }
+        self.events = self.events.then(event);
+    }
+}
+
+/// Follower of light of one source along chains of facets.
 #[derive(Debug)]
 pub struct FacetPaths<'a> {
     scene: &'a Scene,
     source: &'a Source,
     facets: &'a Facets,
-    events: Vec<Event>,
     shading_normals: ShadingNormals,
 }
 
 impl<'a> FacetPaths<'a> {
-    /// A follower of one signature.
+    /// A follower of a source's light.
     pub fn new(
         scene: &'a Scene,
         source: &'a Source,
         facets: &'a Facets,
-        signature: Signature,
         shading_normals: ShadingNormals,
     ) -> Self {
         Self {
             scene,
             source,
             facets,
-            events: signature.events().collect(),
             shading_normals,
         }
-    }
-
-    /// Number of events of the signature.
-    pub fn events(&self) -> usize {
-        self.events.len()
     }
 
     /// The light's source.
@@ -101,13 +137,13 @@ impl<'a> FacetPaths<'a> {
         self.scene
     }
 
-    /// The light that falls onto the first facet at `at`, on the leg after `events` events on the facets of
-    /// `chain`. The chain has at least that many facets, and at least one.
+    /// The light that falls onto the first facet at `at`, on the leg after a chain's events.
     #[inline]
-    pub fn follow<const N: usize>(&self, chain: &[u32], events: usize, at: DVec2) -> FacetLight<N> {
-        let mut light = self.arrive(chain[0], at);
-        for (event, &facet) in chain.iter().enumerate().take(events) {
-            light = self.onward(&light, facet, event);
+    pub fn follow<const N: usize>(&self, chain: &FacetChain, at: DVec2) -> FacetLight<N> {
+        let mut light = self.arrive(chain.first(), at);
+        let events = chain.events.events().zip(&chain.facets);
+        for (number, (event, &facet)) in events.enumerate() {
+            light = self.after(&light, number == 0, facet, event);
         }
         light
     }
@@ -137,19 +173,31 @@ impl<'a> FacetPaths<'a> {
         light
     }
 
-    /// The same light after its next event, number `event` from 0, on a facet that its leg meets.
+    /// The light of a chain after one event more, on a facet that its leg meets.
     #[inline]
     pub fn onward<const N: usize>(
         &self,
         light: &FacetLight<N>,
+        chain: &FacetChain,
         facet: u32,
-        event: usize,
+        event: Event,
+    ) -> FacetLight<N> {
+        self.after(light, chain.events() == 0, facet, event)
+    }
+
+    #[inline]
+    fn after<const N: usize>(
+        &self,
+        light: &FacetLight<N>,
+        is_first: bool,
+        facet: u32,
+        event: Event,
     ) -> FacetLight<N> {
         if !light.is_on_its_way() {
             return *light;
         }
         let facet: &Facet = self.facets.get(facet);
-        let met = if event == 0 {
+        let met = if is_first {
             Some(facet.point(light.at))
         } else {
             facet.meet(&light.ray)
@@ -162,7 +210,7 @@ impl<'a> FacetPaths<'a> {
             facet.shape,
             &point,
             light.ray.direction,
-            self.events[event],
+            event,
             self.shading_normals,
         ) else {
             return light.stop();
@@ -182,21 +230,14 @@ impl<'a> FacetPaths<'a> {
 
     /// The light's leg as a ray to search with: it starts off the facet that it leaves.
     #[inline]
-    pub fn search_ray<const N: usize>(
-        &self,
-        light: &FacetLight<N>,
-        chain: &[u32],
-        events: usize,
-    ) -> Ray {
-        match events.checked_sub(1) {
-            None => light.ray,
-            Some(last) => {
-                let facet = self.facets.get(chain[last]);
-                // Put back onto the facet: the bound on its position's error is for such points.
-                facet
-                    .point(facet.coordinates(light.ray.origin))
-                    .spawn(light.ray.direction)
-            }
-        }
+    pub fn search_ray<const N: usize>(&self, light: &FacetLight<N>, chain: &FacetChain) -> Ray {
+        let Some(left) = chain.left() else {
+            return light.ray;
+        };
+        let facet = self.facets.get(left);
+        // Put back onto the facet: the bound on its position's error is for such points.
+        facet
+            .point(facet.coordinates(light.ray.origin))
+            .spawn(light.ray.direction)
     }
 }

@@ -82,7 +82,7 @@ pub(super) fn land<const N: usize>(
             uncertain: uncertain(),
         };
     }
-    let middle = |at: DVec2| place(&paths.follow(&polygon.chain, polygon.events, at));
+    let middle = |at: DVec2| place(&paths.follow(&polygon.chain, at));
     let mut cells: Vec<(BeamCell<N>, [BeamNode<N>; 3], CellSummary<N>)> =
         Vec::with_capacity(corners.len() - 2);
     for cell in fan {

@@ -24,4 +24,4 @@ mod polygon;
 mod refine;
 
 pub use charts::{facet_of, part_patches};
-pub use refine::FacetRefiner;
+pub use refine::{FacetRefiner, Followed, by_events};

@@ -1,8 +1,10 @@
 //! Convex polygons of light, and their cuts.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
-use crate::transport::facets::path::{FacetLight, FacetPaths};
+use crate::transport::facets::path::{FacetChain, FacetLight, FacetPaths};
 
 /// The end of a polygon's leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,10 +26,10 @@ pub(super) enum LegEnd {
 pub(super) struct LightPolygon<const N: usize> {
     /// The light of its corners on the leg that comes next.
     pub(super) corners: Vec<FacetLight<N>>,
-    /// The facets that it met, the first one from the start on.
-    pub(super) chain: Vec<u32>,
-    /// Events that it has had.
-    pub(super) events: usize,
+    /// The facets that it met, and its events there.
+    pub(super) chain: FacetChain,
+    /// The signatures that it is followed for, by number. Its events are the first ones of each.
+    pub(super) signatures: Range<usize>,
     /// Coordinate area of light that may go another way. A cut along a bent line put it on the wrong side, or
     /// the obstacles on its way are not known.
     pub(super) uncertain_area: f64,
@@ -97,7 +99,7 @@ impl<const N: usize> LightPolygon<N> {
         Self {
             corners,
             chain: self.chain.clone(),
-            events: self.events,
+            signatures: self.signatures.clone(),
             uncertain_area: self.uncertain_area,
             cuts: self.cuts + 1,
             whole: self.whole,
@@ -162,7 +164,7 @@ impl<const N: usize> LightPolygon<N> {
             if is * will < 0.0 {
                 let t = is / (is - will);
                 let at = corner.at + (other.at - corner.at) * t;
-                let between = paths.follow(&self.chain, self.events, at);
+                let between = paths.follow(&self.chain, at);
                 parts.above.push(between);
                 parts.below.push(between);
                 cross(at);
@@ -175,7 +177,7 @@ impl<const N: usize> LightPolygon<N> {
     pub(super) fn halves(&self, paths: &FacetPaths) -> Option<[Self; 2]> {
         let (_, middle) = self.area_and_middle();
         // Lengths as on the surface: coordinates may be stretched.
-        let facet = paths.facets().get(self.chain[0]);
+        let facet = paths.facets().get(self.chain.first());
         let place = |at: DVec2| facet.point(at).position;
         let mut longest = (0.0, DVec2::ZERO);
         for (index, a) in self.corners.iter().enumerate() {

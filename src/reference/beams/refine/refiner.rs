@@ -183,6 +183,16 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         self.paths.follower.counters
     }
 
+    /// The same, to be added to.
+    pub fn counters_mut(&mut self) -> &mut TraversalCounters {
+        &mut self.paths.follower.counters
+    }
+
+    /// The film.
+    pub fn film(&self) -> &'f BeamFilm<N> {
+        self.film
+    }
+
     /// True if work was stopped before it was done: then nothing here is valid.
     pub fn was_stopped(&self) -> bool {
         self.stopped

@@ -8,7 +8,7 @@ use crate::reference::beams::facets::polygon::is_below;
 use crate::transport::facets::table::Facet;
 use crate::transport::screen::Screen;
 
-impl Legs<'_, '_> {
+impl Legs<'_> {
     /// The part of the leg's light that may meet a facet near it: 0 if the facet is beside it, `None` if only
     /// cutting tells.
     pub(super) fn part_across(

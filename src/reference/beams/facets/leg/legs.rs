@@ -107,10 +107,10 @@ impl Watch {
 }
 
 /// Search for obstacles in the way of legs.
-pub(in crate::reference::beams::facets) struct Legs<'a, 'f> {
-    pub(super) paths: &'f FacetPaths<'a>,
-    pub(super) screen: &'f Screen<'a>,
-    pub(super) clearance: &'f Clearance<'a>,
+pub(in crate::reference::beams::facets) struct Legs<'f> {
+    pub(super) paths: &'f FacetPaths<'f>,
+    pub(super) screen: &'f Screen<'f>,
+    pub(super) clearance: &'f Clearance<'f>,
     /// Distance from a plane that its points may have: u = 2⁻⁵³ of their coordinates, a few times.
     pub(super) flatness: f64,
     /// Lines of the polygon's corners first, then of its sides' and diagonals' middles.
@@ -119,12 +119,12 @@ pub(in crate::reference::beams::facets) struct Legs<'a, 'f> {
     pub(super) hulls: Vec<Hull>,
 }
 
-impl<'a, 'f> Legs<'a, 'f> {
-    /// The search for one source and signature.
+impl<'f> Legs<'f> {
+    /// The search for one source.
     pub(in crate::reference::beams::facets) fn new(
-        paths: &'f FacetPaths<'a>,
-        screen: &'f Screen<'a>,
-        clearance: &'f Clearance<'a>,
+        paths: &'f FacetPaths<'f>,
+        screen: &'f Screen<'f>,
+        clearance: &'f Clearance<'f>,
     ) -> Self {
         let bounds = paths.scene().world().bounds();
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
@@ -197,10 +197,7 @@ impl<'a, 'f> Legs<'a, 'f> {
     ) -> LegWay {
         let (mut uncertain_part, mut in_the_way) = (0.0, None);
         let mut seen: Vec<u32> = Vec::new();
-        let from = polygon
-            .events
-            .checked_sub(1)
-            .map(|last| polygon.chain[last]);
+        let from = polygon.chain.left();
         let facets = self.paths.facets();
         let is_watched = |shape| blocker != Some(shape) && watch.may_hold_shape(shape, facets);
         let is_obstructed = self.hulls.iter().any(|hull| {
@@ -255,7 +252,7 @@ impl<'a, 'f> Legs<'a, 'f> {
                     });
                 }
                 let at = 0.5 * (polygon.corners[a].at + polygon.corners[b].at);
-                let light: FacetLight<N> = legs.paths.follow(&polygon.chain, polygon.events, at);
+                let light: FacetLight<N> = legs.paths.follow(&polygon.chain, at);
                 let line = (light.state == state).then(|| legs.line(&light.ray, goal))??;
                 legs.lines.push(line);
                 Some(line)
@@ -300,13 +297,11 @@ impl<'a, 'f> Legs<'a, 'f> {
         self.corners = polygon.corners.len();
         let state = polygon.corners[0].state;
         let mut meet = |at: DVec2| {
-            let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
+            let light: FacetLight<N> = self.paths.follow(&polygon.chain, at);
             if light.state != state {
                 return None;
             }
-            let ray = self
-                .paths
-                .search_ray(&light, &polygon.chain, polygon.events);
+            let ray = self.paths.search_ray(&light, &polygon.chain);
             let (along, hit) = next_hit(self.paths.scene(), ray, counters)?;
             let line = LegLine {
                 ray: light.ray,

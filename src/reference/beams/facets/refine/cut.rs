@@ -5,11 +5,10 @@ use glam::DVec2;
 use super::refiner::{FacetRefiner, MAX_CUTS};
 use crate::reference::beams::facets::leg::Goal;
 use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon, Parts, PolygonCut};
-use crate::reference::beams::refine::Refiner;
 use crate::transport::facets::path::FacetLight;
 use crate::transport::first_surface::Source;
 
-impl<const N: usize> FacetRefiner<'_, '_, N> {
+impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     /// Cuts out the part of a polygon within a facet's outline; the rest waits. Either a ray met the facet
     /// or, short of a goal, it may be in the way.
     pub(super) fn cut_out(
@@ -17,11 +16,10 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         mut polygon: LightPolygon<N>,
         facet: u32,
         short_of: Option<Goal>,
-        generic: &mut Refiner<'_, '_, N>,
     ) {
         polygon.cuts += 1;
         if polygon.cuts > MAX_CUTS {
-            self.give_back(&polygon, generic);
+            self.give_back(&polygon);
             return;
         }
         let facets = self.paths.facets();
@@ -37,19 +35,18 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
                 PolygonCut::Below => {
                     if short_of.is_none() {
                         // A ray through it met the facet: a sliver on the facet's edge.
-                        self.settle(polygon, LegEnd::Facet(facet), generic);
+                        self.settle(polygon, LegEnd::Facet(facet));
                     } else if was_cut {
                         // The light that may meet the facet is on the other side of the cut.
                         self.pending.push(polygon);
                     } else {
                         let area = polygon.area();
-                        self.divide(&polygon, area, LegEnd::Facet(facet), generic);
+                        self.divide(&polygon, area, LegEnd::Facet(facet));
                     }
                     return;
                 }
                 PolygonCut::Through(parts) => {
-                    let Some([mut inside, rest]) =
-                        self.split(&polygon, parts, &values, side, generic)
+                    let Some([mut inside, rest]) = self.split(&polygon, parts, &values, side)
                     else {
                         return;
                     };
@@ -63,20 +60,20 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         }
         let area = polygon.area();
         let Some(goal) = short_of else {
-            self.go_on(polygon, area, LegEnd::Facet(facet), generic);
+            self.go_on(polygon, area, LegEnd::Facet(facet));
             return;
         };
-        if !was_cut && self.cut_where_surfaces_cross(&polygon, facet, goal, generic) {
+        if !was_cut && self.cut_where_surfaces_cross(&polygon, facet, goal) {
             return;
         }
         if self.may_go_to_a_facet(&polygon) {
-            self.go_on(polygon, area, LegEnd::Facet(facet), generic);
+            self.go_on(polygon, area, LegEnd::Facet(facet));
         } else if was_cut {
             // Within its edges the facet may be behind something else, or it is the receiver: a ray will show
             // that.
             self.pending.push(polygon);
         } else {
-            self.divide(&polygon, area, LegEnd::Facet(facet), generic);
+            self.divide(&polygon, area, LegEnd::Facet(facet));
         }
     }
 
@@ -87,7 +84,6 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         polygon: &LightPolygon<N>,
         facet: u32,
         goal: Goal,
-        generic: &mut Refiner<'_, '_, N>,
     ) -> bool {
         let (paths, screen) = (self.paths, self.screen);
         let plane = paths.facets().get(facet);
@@ -96,7 +92,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             let place = goal.place(paths, screen, &light.ray)?;
             Some(plane.height(place))
         };
-        self.cut_along(polygon, start, generic) || self.cut_along(polygon, end, generic)
+        self.cut_along(polygon, start) || self.cut_along(polygon, end)
     }
 
     /// Cuts a polygon where a function is zero; both parts wait. The function is linear along the polygon's
@@ -106,7 +102,6 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         &mut self,
         polygon: &LightPolygon<N>,
         side: impl Fn(&FacetLight<N>) -> Option<f64>,
-        generic: &mut Refiner<'_, '_, N>,
     ) -> bool {
         let values: Option<Vec<f64>> = polygon.corners.iter().map(&side).collect();
         let Some(values) = values else {
@@ -116,7 +111,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             return false;
         };
         let bent = |light: &FacetLight<N>| side(light).unwrap_or(f64::INFINITY);
-        if let Some(both) = self.split(polygon, parts, &values, bent, generic) {
+        if let Some(both) = self.split(polygon, parts, &values, bent) {
             self.pending.extend(both);
         }
         true
@@ -130,13 +125,13 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         parts: Parts<N>,
         values: &[f64],
         side: impl Fn(&FacetLight<N>) -> f64,
-        generic: &mut Refiner<'_, '_, N>,
     ) -> Option<[LightPolygon<N>; 2]> {
         let area = polygon.area();
         let weight = self.strength * polygon.largest_weight();
         let uncertain_area = self.bow(polygon, &parts.line, values, side) * area;
-        if uncertain_area * weight > self.tolerance && self.is_worth_halving(polygon, area) {
-            self.part(polygon, area, generic);
+        if uncertain_area * weight > self.tolerance(polygon) && self.is_worth_halving(polygon, area)
+        {
+            self.part(polygon, area);
             return None;
         }
         Some([parts.above, parts.below].map(|corners| {
@@ -167,7 +162,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         let range = values.iter().fold(f64::NEG_INFINITY, |l, &v| l.max(v))
             - values.iter().fold(f64::INFINITY, |l, &v| l.min(v));
         let middle = 0.5 * (line[0] + line[1]);
-        let light = self.paths.follow(&polygon.chain, polygon.events, middle);
+        let light = self.paths.follow(&polygon.chain, middle);
         side(&light).abs() / range
     }
 }

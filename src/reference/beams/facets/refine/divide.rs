@@ -5,24 +5,18 @@ use crate::geometry::Shape;
 use crate::reference::beams::facets::charts::chart_of;
 use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
 use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon};
-use crate::reference::beams::refine::Refiner;
 use crate::transport::facets::path::FacetLight;
 use crate::transport::first_surface::{SurfaceChart, SurfacePatch};
 use crate::transport::path_end::next_hit;
+use crate::transport::signature::Event;
 
 /// Most obstacles that are not flat which the search for the next facet passes over.
 const MAX_OBSTACLES: u32 = 8;
 
-impl<const N: usize> FacetRefiner<'_, '_, N> {
+impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     /// Divides a polygon that something without edges may be in the way of: halves it, or lets cells find the
     /// border. If these see none, all of its light is uncertain.
-    pub(super) fn divide(
-        &mut self,
-        polygon: &LightPolygon<N>,
-        area: f64,
-        sight: LegEnd,
-        generic: &mut Refiner<'_, '_, N>,
-    ) {
+    pub(super) fn divide(&mut self, polygon: &LightPolygon<N>, area: f64, sight: LegEnd) {
         if self.is_worth_halving(polygon, area)
             && let Some(halves) = polygon.halves(self.paths)
         {
@@ -30,35 +24,39 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             return;
         }
         let chart = self.chart(polygon);
-        for corners in polygon.fan() {
-            let cut_before = generic.balance.cut_cells;
-            generic.refine(&SurfacePatch {
-                chart,
-                corners: corners.map(|corner| corner.at),
-            });
-            if generic.balance.cut_cells == cut_before {
-                self.doubt(polygon.with(corners.to_vec()), sight);
+        for signature in polygon.signatures.clone() {
+            for corners in polygon.fan() {
+                let cells = &mut self.followed[signature].cells;
+                let cut_before = cells.balance.cut_cells;
+                cells.refine(&SurfacePatch {
+                    chart,
+                    corners: corners.map(|corner| corner.at),
+                });
+                if cells.balance.cut_cells == cut_before {
+                    let mut part = polygon.with(corners.to_vec());
+                    part.signatures = signature..signature + 1;
+                    self.doubt(part, sight);
+                }
             }
         }
     }
 
-    /// Marks all light of a polygon as uncertain in the place where it would fall if nothing but facets were
-    /// in its way.
+    /// Marks all light of one signature in a polygon as uncertain, in the place where it would fall if
+    /// nothing but facets were in its way.
     fn doubt(&mut self, mut polygon: LightPolygon<N>, sight: LegEnd) {
         let mut sight = Some(sight);
-        while polygon.events < self.paths.events() {
+        let signature = polygon.signatures.start;
+        let events: Vec<Event> = self.followed[signature].signature.events().collect();
+        for event in &events[polygon.chain.events()..] {
             let facet = match sight.take() {
-                _ if polygon.events == 0 => polygon.chain[0],
+                _ if polygon.chain.events() == 0 => polygon.chain.first(),
                 Some(LegEnd::Facet(facet)) => facet,
                 _ => match self.next_facet(&polygon) {
                     Some(facet) => facet,
                     None => return,
                 },
             };
-            if polygon.events > 0 {
-                polygon.chain.push(facet);
-            }
-            self.meet(&mut polygon, facet);
+            self.meet(&mut polygon, facet, *event);
         }
         let place = |light: &FacetLight<N>| node(self.paths, *self.screen, light);
         let Some(corners) = polygon
@@ -70,23 +68,24 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
             return;
         };
         let area = polygon.area_and_middle().0;
-        self.balance.uncertain +=
-            deposit_uncertain_area(self.film, self.bends_lines(), &corners, area, area);
+        let bends_lines = self.bends_lines();
+        let cells = &mut self.followed[signature].cells;
+        cells.balance.uncertain +=
+            deposit_uncertain_area(cells.film(), bends_lines, &corners, area, area);
     }
 
     /// The facet that a polygon's middle would meet next without all that is not flat.
     pub(super) fn next_facet(&mut self, polygon: &LightPolygon<N>) -> Option<u32> {
         let scene = self.paths.scene();
         let middle = polygon.area_and_middle().1;
-        let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, middle);
+        let light: FacetLight<N> = self.paths.follow(&polygon.chain, middle);
         if !light.is_on_its_way() {
             return None;
         }
-        let mut ray = self
-            .paths
-            .search_ray(&light, &polygon.chain, polygon.events);
+        let mut ray = self.paths.search_ray(&light, &polygon.chain);
+        let counters = self.followed[polygon.signatures.start].counters();
         for _ in 0..MAX_OBSTACLES {
-            let (along, hit) = next_hit(scene, ray, &mut self.counters)?;
+            let (along, hit) = next_hit(scene, ray, counters)?;
             if let Some(facet) = self.paths.facets().of(hit.shape, hit.face) {
                 return Some(facet);
             }
@@ -98,23 +97,21 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         None
     }
 
-    /// Gives a polygon to the refiner of cells.
-    pub(super) fn give_back(
-        &mut self,
-        polygon: &LightPolygon<N>,
-        generic: &mut Refiner<'_, '_, N>,
-    ) {
+    /// Gives a polygon to the refiners of cells.
+    pub(super) fn give_back(&mut self, polygon: &LightPolygon<N>) {
         let chart = self.chart(polygon);
-        for corners in polygon.fan() {
-            let corners = corners.map(|corner| corner.at);
-            generic.refine(&SurfacePatch { chart, corners });
+        for followed in &mut self.followed[polygon.signatures.clone()] {
+            for corners in polygon.fan() {
+                let corners = corners.map(|corner| corner.at);
+                followed.cells.refine(&SurfacePatch { chart, corners });
+            }
         }
     }
 
     /// The chart of a polygon's coordinates.
     fn chart(&self, polygon: &LightPolygon<N>) -> SurfaceChart {
         let facets = self.paths.facets();
-        let facet = polygon.chain[0];
+        let facet = polygon.chain.first();
         let shape = &self.paths.scene().world().shapes()[facets.get(facet).shape as usize];
         chart_of(facets, facet, matches!(shape, Shape::Mesh(_)))
     }

@@ -2,9 +2,11 @@
 
 mod cut;
 mod divide;
+mod followed;
 mod refiner;
 mod stop;
 mod stopper;
 mod view;
 
+pub use followed::{Followed, by_events};
 pub use refiner::FacetRefiner;

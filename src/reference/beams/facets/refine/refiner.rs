@@ -2,21 +2,20 @@
 
 use glam::{DVec2, DVec3};
 
+use super::followed::Followed;
 use super::stopper::Stopper;
-use crate::geometry::TraversalCounters;
 use crate::reference::beams::deposit::TexelBlock;
 use crate::reference::beams::facets::land::{PolygonLanding, land};
 use crate::reference::beams::facets::leg::{Goal, LegWay, Legs, Watch};
 use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon};
-use crate::reference::beams::film::BeamFilm;
-use crate::reference::beams::refine::{Balance, Refiner};
 use crate::transport::clearance::Clearance;
-use crate::transport::facets::path::{FacetLight, FacetPaths};
+use crate::transport::facets::path::{FacetChain, FacetLight, FacetPaths};
 use crate::transport::first_surface::Fan;
 use crate::transport::path_end::{End, next_hit};
 use crate::transport::screen::Screen;
+use crate::transport::signature::Event;
 
-/// Most cuts of a polygon on one leg; after them it is given to the generic refiner.
+/// Most cuts of a polygon on one leg; after them it is given to the refiner of cells.
 pub(super) const MAX_CUTS: u32 = 256;
 
 /// Part of the area that a polygon was cut from below which no ray is spent on it: rounding decides where it
@@ -27,76 +26,67 @@ const NOTHING: f64 = 1e-15;
 /// is cut off.
 const MOST_UNCERTAIN: f64 = 1.0 / 64.0;
 
-/// Refiner of the light of one source and one signature that meets flat facets.
-pub struct FacetRefiner<'a, 'f, const N: usize> {
-    pub(super) paths: &'f FacetPaths<'a>,
-    pub(super) screen: &'f Screen<'a>,
-    pub(super) film: &'f BeamFilm<N>,
-    pub(super) legs: Legs<'a, 'f>,
+/// Refiner of the light of one source and some signatures that meets flat facets.
+pub struct FacetRefiner<'f, 'r, 'c, const N: usize> {
+    pub(super) paths: &'f FacetPaths<'f>,
+    pub(super) screen: &'f Screen<'f>,
+    pub(super) legs: Legs<'f>,
     /// Planes that polygons are cut along before cells follow what a camera sees.
     pub(super) view: Vec<[DVec3; 2]>,
-    /// Misplaced flux \[W\] that a polygon may have.
-    pub(super) tolerance: f64,
+    /// Signatures in the order of their events.
+    pub(super) followed: &'r mut [Followed<'c, N>],
     /// Flux \[W\] of light whose weight is one.
     pub(super) strength: f64,
     pub(super) pending: Vec<LightPolygon<N>>,
     pub(super) block: TexelBlock<N>,
-    /// The balance so far, without polygons that were given back.
-    pub balance: Balance<N>,
-    /// Work done so far, without polygons that were given back.
-    pub counters: TraversalCounters,
 }
 
-impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
-    /// A refiner without any polygon.
+impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
+    /// A refiner without any polygon, for signatures in the [order of their events](super::by_events).
     pub fn new(
-        paths: &'f FacetPaths<'a>,
-        screen: &'f Screen<'a>,
-        clearance: &'f Clearance<'a>,
-        film: &'f BeamFilm<N>,
-        tolerance: f64,
+        paths: &'f FacetPaths<'f>,
+        screen: &'f Screen<'f>,
+        clearance: &'f Clearance<'f>,
+        followed: &'r mut [Followed<'c, N>],
     ) -> Self {
         let strength = paths.source().strength();
         Self {
             paths,
             screen,
-            film,
             legs: Legs::new(paths, screen, clearance),
             view: screen.planes_beside_view(),
-            tolerance,
+            followed,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),
             block: TexelBlock::default(),
-            balance: Balance::default(),
-            counters: TraversalCounters::default(),
         }
     }
 
     /// Follows all light of the source that meets a facet first. Light that does not go by facets alone is
-    /// given to `generic`, as is light of more than one topology within the tolerance.
-    pub fn refine(&mut self, facet: u32, generic: &mut Refiner<'_, '_, N>) {
+    /// given to the refiners of cells, as is light of more than one topology within the tolerance.
+    pub fn refine(&mut self, facet: u32) {
         let facets = self.paths.facets();
         let entry = facets.get(facet);
-        let chain = vec![facet];
+        let chain = FacetChain::to(facet);
         let corners = facets
             .outline(entry)
             .iter()
-            .map(|&corner| self.paths.follow(&chain, 0, entry.coordinates(corner)))
+            .map(|&corner| self.paths.follow(&chain, entry.coordinates(corner)))
             .collect();
         self.pending.clear();
         self.pending.push(LightPolygon {
             corners,
             chain,
-            events: 0,
+            signatures: 0..self.followed.len(),
             uncertain_area: 0.0,
             cuts: 0,
             whole: 1.0,
         });
         self.part_wide();
-        while generic.may_go_on()
-            && let Some(polygon) = self.pending.pop()
+        while let Some(polygon) = self.pending.pop()
+            && self.followed[polygon.signatures.start].cells.may_go_on()
         {
-            self.follow(polygon, generic);
+            self.follow(polygon);
         }
     }
 
@@ -108,7 +98,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         };
         let mut wide = std::mem::take(&mut self.pending);
         while let Some(mut polygon) = wide.pop() {
-            let facet = self.paths.facets().get(polygon.chain[0]);
+            let facet = self.paths.facets().get(polygon.chain.first());
             let places = polygon.corners.iter().map(|light| facet.point(light.at));
             let halves = if Fan::new(origin, places).is_too_wide() && polygon.cuts < MAX_CUTS {
                 polygon.halves(self.paths)
@@ -126,18 +116,18 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     }
 
     /// Takes a polygon to its next leg, or to its end.
-    fn follow(&mut self, polygon: LightPolygon<N>, generic: &mut Refiner<'_, '_, N>) {
+    fn follow(&mut self, polygon: LightPolygon<N>) {
         let (area, middle) = polygon.area_and_middle();
         if polygon.corners.len() < 3 || area <= NOTHING * polygon.whole {
             return;
         }
         if !polygon.is_one_topology() || polygon.cuts > MAX_CUTS {
-            self.part(&polygon, area, generic);
+            self.part(&polygon, area);
             return;
         }
         if !polygon.corners[0].is_on_its_way() {
             if self.is_any_on_its_way(&polygon, middle) {
-                self.part(&polygon, area, generic);
+                self.part(&polygon, area);
             } else {
                 self.book(&polygon, area);
             }
@@ -145,16 +135,16 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
         }
         match self.sight(&polygon, middle) {
             LegEnd::Facet(facet) if !Self::is_entry(&polygon, facet) => {
-                self.cut_out(polygon, facet, None, generic);
+                self.cut_out(polygon, facet, None);
             }
-            sight => self.go_on(polygon, area, sight, generic),
+            sight => self.go_on(polygon, area, sight),
         }
     }
 
     /// True if some light within a polygon is on its way, although that of its corners ended.
     fn is_any_on_its_way(&self, polygon: &LightPolygon<N>, middle: DVec2) -> bool {
         let is_on_its_way = |at: DVec2| {
-            let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
+            let light: FacetLight<N> = self.paths.follow(&polygon.chain, at);
             light.is_on_its_way()
         };
         let corners = &polygon.corners;
@@ -168,26 +158,26 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
 
     /// True if the facet is the one that the polygon starts on, seen from the source.
     fn is_entry(polygon: &LightPolygon<N>, facet: u32) -> bool {
-        polygon.events == 0 && polygon.chain[0] == facet
+        polygon.chain.events() == 0 && polygon.chain.first() == facet
     }
 
     /// True if a polygon's next event may be on any facet that it meets.
     pub(super) fn may_go_to_a_facet(&self, polygon: &LightPolygon<N>) -> bool {
-        polygon.events > 0 && polygon.events < self.paths.events()
+        polygon.chain.events() > 0 && !self.has_all_events(polygon)
     }
 
     /// The thing that light at coordinates `at` meets next.
     fn sight(&mut self, polygon: &LightPolygon<N>, at: DVec2) -> LegEnd {
         let scene = self.paths.scene();
-        let light: FacetLight<N> = self.paths.follow(&polygon.chain, polygon.events, at);
-        let ray = self
-            .paths
-            .search_ray(&light, &polygon.chain, polygon.events);
-        let found = next_hit(scene, ray, &mut self.counters);
+        let light: FacetLight<N> = self.paths.follow(&polygon.chain, at);
+        let ray = self.paths.search_ray(&light, &polygon.chain);
+        let has_all_events = self.has_all_events(polygon);
+        let counters = self.followed[polygon.signatures.start].counters();
+        let found = next_hit(scene, ray, counters);
         let hit = found.as_ref().map(|(_, hit)| hit);
-        if polygon.events == self.paths.events() {
+        if has_all_events {
             let ray = found.as_ref().map_or(ray, |(ray, _)| *ray);
-            let (end, ..) = self.screen.end(scene, &ray, hit, &mut self.counters);
+            let (end, ..) = self.screen.end(scene, &ray, hit, counters);
             if matches!(end, End::Landed(_)) {
                 return LegEnd::Sensor;
             }
@@ -206,34 +196,23 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
 
     /// Settles a polygon whose light may not all meet the same thing. It is halved if that is worth while;
     /// otherwise all of it counts as meeting what was seen, and as uncertain.
-    pub(super) fn settle(
-        &mut self,
-        mut polygon: LightPolygon<N>,
-        sight: LegEnd,
-        generic: &mut Refiner<'_, '_, N>,
-    ) {
+    pub(super) fn settle(&mut self, mut polygon: LightPolygon<N>, sight: LegEnd) {
         let area = polygon.area_and_middle().0;
         if self.is_worth_halving(&polygon, area) {
-            self.part(&polygon, area, generic);
+            self.part(&polygon, area);
         } else {
             polygon.uncertain_area = area;
-            self.go_on(polygon, area, sight, generic);
+            self.go_on(polygon, area, sight);
         }
     }
 
     pub(super) fn is_worth_halving(&self, polygon: &LightPolygon<N>, area: f64) -> bool {
-        area * self.strength * polygon.largest_weight() > self.tolerance && polygon.cuts <= MAX_CUTS
+        area * self.strength * polygon.largest_weight() > self.tolerance(polygon)
+            && polygon.cuts <= MAX_CUTS
     }
 
     /// Takes a polygon to the next leg, or to the end, if nothing is in the way.
-    pub(super) fn go_on(
-        &mut self,
-        mut polygon: LightPolygon<N>,
-        area: f64,
-        sight: LegEnd,
-        generic: &mut Refiner<'_, '_, N>,
-    ) {
-        let event = polygon.events;
+    pub(super) fn go_on(&mut self, mut polygon: LightPolygon<N>, area: f64, sight: LegEnd) {
         let goal = match sight {
             LegEnd::Facet(facet)
                 if self.may_go_to_a_facet(&polygon) || Self::is_entry(&polygon, facet) =>
@@ -242,11 +221,11 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             }
             // Light meets it where it must not.
             LegEnd::Facet(facet) => {
-                self.stop(polygon, area, Stopper::Facet(facet), generic);
+                self.stop(polygon, area, Stopper::Facet(facet));
                 return;
             }
             LegEnd::Blocked(shape) => {
-                self.stop(polygon, area, Stopper::Shape(shape), generic);
+                self.stop(polygon, area, Stopper::Shape(shape));
                 return;
             }
             LegEnd::Sensor => {
@@ -260,7 +239,7 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
             }
             LegEnd::Away => Goal::Away,
             LegEnd::Curved => {
-                self.give_back(&polygon, generic);
+                self.give_back(&polygon);
                 return;
             }
         };
@@ -273,49 +252,53 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
                     polygon.uncertain_area =
                         polygon.uncertain_area.max(uncertain_part * area).min(area);
                     if uncertain_part > allowed && self.is_worth_halving(&polygon, area) {
-                        self.part(&polygon, area, generic);
+                        self.part(&polygon, area);
                         return;
                     }
                 }
                 LegWay::Facet(facet) => {
-                    self.cut_out(polygon, facet, Some(goal), generic);
+                    self.cut_out(polygon, facet, Some(goal));
                     return;
                 }
                 LegWay::Obstructed => {
-                    self.divide(&polygon, area, sight, generic);
+                    self.divide(&polygon, area, sight);
                     return;
                 }
             }
         }
         match goal {
             Goal::Facet(facet) => {
-                if event > 0 {
-                    polygon.chain.push(facet);
+                for (event, signatures) in self.ways_on(&polygon) {
+                    let mut onward = polygon.clone();
+                    onward.signatures = signatures;
+                    self.meet(&mut onward, facet, event);
+                    self.pending.push(onward);
                 }
-                self.meet(&mut polygon, facet);
-                self.pending.push(polygon);
             }
             Goal::Away => self.end(&polygon, polygon.uncertain_area, area),
             Goal::Receiver => {
+                let Followed {
+                    tolerance, cells, ..
+                } = &mut self.followed[polygon.signatures.start];
                 let landing = land(
                     self.paths,
                     *self.screen,
-                    self.film,
+                    cells.film(),
                     &mut self.block,
                     &polygon,
-                    self.tolerance,
+                    *tolerance,
                 );
                 match landing {
                     PolygonLanding::Done {
                         received,
                         uncertain,
                     } => {
-                        self.balance.received += received;
-                        self.balance.uncertain += uncertain;
+                        cells.balance.received += received;
+                        cells.balance.uncertain += uncertain;
                         self.book(&polygon, area);
                     }
-                    PolygonLanding::TooBent => self.part(&polygon, area, generic),
-                    PolygonLanding::NotForced => self.give_back(&polygon, generic),
+                    PolygonLanding::TooBent => self.part(&polygon, area),
+                    PolygonLanding::NotForced => self.give_back(&polygon),
                 }
             }
         }
@@ -324,39 +307,37 @@ impl<'a, 'f, const N: usize> FacetRefiner<'a, 'f, N> {
     /// The part of a polygon that may be uncertain, as light that bends round an edge.
     pub(super) fn allowed(&self, polygon: &LightPolygon<N>, area: f64) -> f64 {
         let flux = area * self.strength * polygon.largest_weight();
-        (self.tolerance / flux).min(MOST_UNCERTAIN)
+        (self.tolerance(polygon) / flux).min(MOST_UNCERTAIN)
     }
 
-    /// Takes a polygon through its next event, on the last facet of its chain.
-    pub(super) fn meet(&self, polygon: &mut LightPolygon<N>, facet: u32) {
+    /// Takes a polygon through its next event, on a facet.
+    pub(super) fn meet(&self, polygon: &mut LightPolygon<N>, facet: u32, event: Event) {
         for corner in &mut polygon.corners {
-            *corner = self.paths.onward(corner, facet, polygon.events);
+            *corner = self.paths.onward(corner, &polygon.chain, facet, event);
         }
-        polygon.events += 1;
+        polygon.chain.push(facet, event);
         polygon.cuts = 0;
     }
 
     /// Books the light that set out towards a finished polygon.
     pub(super) fn book(&mut self, polygon: &LightPolygon<N>, area: f64) {
         let emitted: f64 = polygon.corners.iter().map(|corner| corner.emitted).sum();
-        self.balance.emitted +=
+        let emitted =
             area * emitted * self.paths.source().strength().mean() / polygon.corners.len() as f64;
-        self.balance.cells += 1;
+        for followed in &mut self.followed[polygon.signatures.clone()] {
+            followed.cells.balance.emitted += emitted;
+            followed.cells.balance.cells += 1;
+        }
     }
 
     /// Halves a polygon if that is worth while; otherwise gives it back.
-    pub(super) fn part(
-        &mut self,
-        polygon: &LightPolygon<N>,
-        area: f64,
-        generic: &mut Refiner<'_, '_, N>,
-    ) {
+    pub(super) fn part(&mut self, polygon: &LightPolygon<N>, area: f64) {
         if self.is_worth_halving(polygon, area)
             && let Some(halves) = polygon.halves(self.paths)
         {
             self.pending.extend(halves);
         } else {
-            self.give_back(polygon, generic);
+            self.give_back(polygon);
         }
     }
 }

@@ -9,18 +9,11 @@ use super::stopper::Stopper;
 use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
 use crate::reference::beams::facets::leg::{Goal, LegWay, Watch, rectangular_receiver};
 use crate::reference::beams::facets::polygon::LightPolygon;
-use crate::reference::beams::refine::Refiner;
 use crate::transport::screen::Screen;
 
-impl<const N: usize> FacetRefiner<'_, '_, N> {
+impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     /// Books a polygon that ends on a facet or a blocker, or finds the part of it that does not.
-    pub(super) fn stop(
-        &mut self,
-        polygon: LightPolygon<N>,
-        area: f64,
-        stopper: Stopper,
-        generic: &mut Refiner<'_, '_, N>,
-    ) {
+    pub(super) fn stop(&mut self, polygon: LightPolygon<N>, area: f64, stopper: Stopper) {
         let (watch, allowed) = (self.watch(&polygon), self.allowed(&polygon, area));
         let (goal, shape, way) = match stopper {
             Stopper::Facet(facet) => {
@@ -29,7 +22,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
                 (goal, shape, self.legs.way(&polygon, goal, watch, allowed))
             }
             Stopper::Shape(shape) => {
-                let counters = &mut self.counters;
+                let counters = self.followed[polygon.signatures.start].counters();
                 let way = self
                     .legs
                     .way_to_blocker(&polygon, shape, watch, allowed, counters);
@@ -38,7 +31,7 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
         };
         let is_seen_by_camera = || {
             matches!(self.screen, Screen::Camera { .. })
-                && polygon.events == self.paths.events()
+                && self.has_all_events(&polygon)
                 && !self.legs.is_end_unseen(shape)
         };
         match way {
@@ -48,13 +41,13 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
                     Stopper::Shape(_) => false,
                 };
                 if !is_cut {
-                    self.give_back(&polygon, generic);
+                    self.give_back(&polygon);
                 }
             }
             LegWay::Clear { uncertain_part }
                 if uncertain_part > allowed && self.is_worth_halving(&polygon, area) =>
             {
-                self.part(&polygon, area, generic);
+                self.part(&polygon, area);
             }
             LegWay::Clear { uncertain_part } => {
                 self.end(
@@ -63,8 +56,8 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
                     area,
                 );
             }
-            LegWay::Facet(facet) => self.cut_out(polygon, facet, Some(goal), generic),
-            LegWay::Obstructed => self.divide(&polygon, area, stopper.into(), generic),
+            LegWay::Facet(facet) => self.cut_out(polygon, facet, Some(goal)),
+            LegWay::Obstructed => self.divide(&polygon, area, stopper.into()),
         }
     }
 
@@ -72,8 +65,8 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     fn watch(&self, polygon: &LightPolygon<N>) -> Watch {
         match self.screen {
             // Anything that is met first on the way to the first facet has a patch of its own.
-            _ if polygon.events == 0 => Watch::Facet(polygon.chain[0]),
-            Screen::Receiver(receiver) if polygon.events == self.paths.events() => {
+            _ if polygon.chain.events() == 0 => Watch::Facet(polygon.chain.first()),
+            Screen::Receiver(receiver) if self.has_all_events(polygon) => {
                 Watch::Shape(receiver.shape())
             }
             Screen::Receiver(_) | Screen::Camera { .. } => Watch::Everything,
@@ -83,14 +76,16 @@ impl<const N: usize> FacetRefiner<'_, '_, N> {
     /// Books a polygon that does not land, as far as is known. After its last event, its uncertain part may
     /// land.
     pub(super) fn end(&mut self, polygon: &LightPolygon<N>, uncertain_area: f64, area: f64) {
-        if uncertain_area > 0.0 && polygon.events == self.paths.events() {
+        if uncertain_area > 0.0 && self.has_all_events(polygon) {
             let nodes: Vec<_> = polygon
                 .corners
                 .iter()
                 .filter_map(|light| node(self.paths, *self.screen, light))
                 .collect();
-            self.balance.uncertain +=
-                deposit_uncertain_area(self.film, self.bends_lines(), &nodes, uncertain_area, area);
+            let bends_lines = self.bends_lines();
+            let cells = &mut self.followed[polygon.signatures.start].cells;
+            cells.balance.uncertain +=
+                deposit_uncertain_area(cells.film(), bends_lines, &nodes, uncertain_area, area);
         }
         self.book(polygon, area);
     }

@@ -8,7 +8,7 @@ use crate::reference::beams::facets::leg::Goal;
 use crate::reference::beams::facets::polygon::{LightPolygon, PolygonCut};
 use crate::transport::facets::path::FacetLight;
 
-impl<const N: usize> FacetRefiner<'_, '_, N> {
+impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     /// Cuts a polygon that ends on a facet along a plane beside the camera's film; both parts wait. `false`
     /// if no plane parts it.
     ///
