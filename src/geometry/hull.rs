@@ -60,24 +60,26 @@ pub fn longest(vectors: &[DVec3; 6]) -> f64 {
     longest.sqrt() + bulge(vectors)
 }
 
-/// The convex hull of a bundle of path segments. It is that of two triangles whose corners are balls, as
-/// large as the paths between the corners bulge.
+/// The convex hull of a bundle of path segments. It is that of two ends, triangles or polygons of at most `K`
+/// corners. The corners are balls, as large as the paths between them bulge.
 ///
 /// Tests for overlap are conservative: false only if no part of the hull is in the tested shape. They look
 /// for a plane between the two (separating axes) among a few good ones.
 #[derive(Clone, Copy, Debug)]
-pub struct Hull {
-    start: Cap,
-    end: Cap,
+pub struct Hull<const K: usize = 3> {
+    start: Cap<K>,
+    end: Cap<K>,
     bounds: Bounds,
-    /// Axes across its three sides, which separate best; along it; and across its two ends.
-    axes: [Axis; 6],
+    /// Axes across its sides, which separate best.
+    sides: [Axis; K],
+    /// Axes along it, and across its two ends.
+    others: [Axis; 3],
 }
 
-/// One end of a hull.
+/// One end of a hull. If it has less than `K` corners, the last one is there more than once.
 #[derive(Clone, Copy, Debug)]
-struct Cap {
-    corners: [DVec3; 3],
+struct Cap<const K: usize> {
+    corners: [DVec3; K],
     radius: f64,
 }
 
@@ -90,29 +92,27 @@ struct Axis {
     high: f64,
 }
 
-impl Cap {
-    fn new(points: &[DVec3; 6]) -> Self {
-        let [a, b, c, ..] = *points;
+impl<const K: usize> Cap<K> {
+    /// The end with these corners, between which paths bulge so far.
+    fn new(corners: [DVec3; K], bulge: f64) -> Self {
         // The points themselves are sums of a few rounded terms of this size.
-        let size = a.abs().max(b.abs()).max(c.abs()).max_element();
-        let radius = bulge(points) + 64.0 * f64::EPSILON * size;
+        let size = corners
+            .iter()
+            .fold(DVec3::ZERO, |all, one| all.max(one.abs()));
+        let radius = bulge + 64.0 * f64::EPSILON * size.max_element();
         if radius.is_finite() {
-            Self {
-                corners: [a, b, c],
-                radius,
-            }
+            Self { corners, radius }
         } else {
             // The cap may be anywhere.
             Self {
-                corners: [DVec3::ZERO; 3],
+                corners: [DVec3::ZERO; K],
                 radius: f64::INFINITY,
             }
         }
     }
 
     fn middle(&self) -> DVec3 {
-        let [a, b, c] = self.corners;
-        (a + b + c) / 3.0
+        self.corners.iter().sum::<DVec3>() / K as f64
     }
 
     fn halfway(&self, to: &Self) -> Self {
@@ -123,20 +123,17 @@ impl Cap {
     }
 
     fn normal(&self) -> DVec3 {
-        let [a, b, c] = self.corners;
+        let [a, b, c] = [0, 1, 2].map(|i| self.corners[i]);
         (b - a).cross(c - a).normalize_or_zero()
-    }
-
-    /// The edges opposite to each corner.
-    fn edges(&self) -> [DVec3; 3] {
-        ENDS.map(|[j, k]| self.corners[k] - self.corners[j])
     }
 
     #[inline]
     fn reach(&self, along: DVec3) -> [f64; 2] {
-        let [a, b, c] = self.corners.map(|corner| corner.dot(along));
+        let values = self.corners.map(|corner| corner.dot(along));
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let radius = self.radius * along.length();
-        [a.min(b).min(c) - radius, a.max(b).max(c) + radius]
+        [low - radius, high + radius]
     }
 
     fn bounds(&self) -> Bounds {
@@ -148,20 +145,37 @@ impl Hull {
     /// The hull of the segments from each of the `start` points to the `end` point of the same
     /// index: three corners, then the middles of the edges opposite to them.
     pub fn new(start: &[DVec3; 6], end: &[DVec3; 6]) -> Self {
-        Self::between(Cap::new(start), Cap::new(end))
+        let [start, end] = [start, end].map(|points| {
+            let [a, b, c, ..] = *points;
+            Cap::new([a, b, c], bulge(points))
+        });
+        Self::between(start, end)
+    }
+}
+
+impl<const K: usize> Hull<K> {
+    /// The hull of the segments between the corners of two polygons, from one to `K`, given how far the paths
+    /// between them [bulge](bulge) at each end.
+    pub fn of_polygons(start: &[DVec3], end: &[DVec3], bulges: [f64; 2]) -> Self {
+        let corners = |of: &[DVec3]| std::array::from_fn(|i| of[i.min(of.len() - 1)]);
+        Self::between(
+            Cap::new(corners(start), bulges[0]),
+            Cap::new(corners(end), bulges[1]),
+        )
     }
 
-    fn between(start: Cap, end: Cap) -> Self {
+    fn between(start: Cap<K>, end: Cap<K>) -> Self {
         let along = (end.middle() - start.middle()).normalize_or_zero();
-        let (first, last) = (start.edges(), end.edges());
         let side = |i: usize| {
+            // The edge opposite to the corner, for a triangle.
+            let [j, k] = [(i + 1) % K, (i + 2) % K];
+            let [first, last] = [start, end].map(|cap| cap.corners[k] - cap.corners[j]);
             // The larger end's edge: at a light or a focus the other one is a point.
-            let edge = if first[i].length_squared() > last[i].length_squared() {
-                first[i]
+            let edge = if first.length_squared() > last.length_squared() {
+                first
             } else {
-                last[i]
+                last
             };
-            let [j, k] = ENDS[i];
             let path = (end.corners[j] - start.corners[j]) + (end.corners[k] - start.corners[k]);
             edge.cross(path).normalize_or_zero()
         };
@@ -177,16 +191,15 @@ impl Hull {
             start,
             end,
             bounds: start.bounds().union(end.bounds()),
-            axes: [
-                side(0),
-                side(1),
-                side(2),
-                along,
-                start.normal(),
-                end.normal(),
-            ]
-            .map(axis),
+            sides: std::array::from_fn(|i| axis(side(i))),
+            others: [along, start.normal(), end.normal()].map(axis),
         }
+    }
+
+    /// The axes along which it is measured.
+    #[inline]
+    fn axes(&self) -> impl Iterator<Item = &Axis> {
+        self.sides.iter().chain(&self.others)
     }
 
     /// The first and the second half of all its segments.
@@ -230,7 +243,7 @@ impl Hull {
         }
         let center = other.center();
         let half = 0.5 * other.extent();
-        !self.axes.iter().any(|axis| {
+        !self.axes().any(|axis| {
             let middle = axis.along.dot(center);
             let reach = axis.along.abs().dot(half);
             middle - reach > axis.high || middle + reach < axis.low
@@ -244,8 +257,7 @@ impl Hull {
         let Bounds { min, max } = self.bounds;
         if (0..3).any(|axis| apart(min[axis], max[axis], center[axis]))
             || self
-                .axes
-                .iter()
+                .axes()
                 .any(|axis| apart(axis.low, axis.high, axis.along.dot(center)))
         {
             return false;
@@ -279,8 +291,7 @@ impl Hull {
             least > high || most < low
         };
         !(self
-            .axes
-            .iter()
+            .axes()
             .any(|axis| apart(axis.low, axis.high, axis.along))
             || normals.iter().any(|&normal| {
                 let [low, high] = self.reach(normal);
@@ -298,8 +309,7 @@ impl Hull {
         };
         let further = [DVec3::X, DVec3::Y, DVec3::Z, u.cross(v)];
         !(self
-            .axes
-            .iter()
+            .axes()
             .any(|axis| apart(axis.low, axis.high, axis.along))
             || further.into_iter().any(|along| {
                 let [low, high] = self.reach(along);

@@ -116,6 +116,12 @@ impl<const N: usize> BeamFilm<N> {
         }
     }
 
+    /// Memory \[bytes\] of a film of `size` columns and rows, about.
+    pub const fn bytes(size: [usize; 2]) -> usize {
+        // Coarser levels together have a third as many texels; uncertain flux and its spread.
+        size[0] * size[1] * (KINDS * N * 4 / 3 + N + 1) * size_of::<AtomicI64>()
+    }
+
     /// Columns and rows.
     pub fn size(&self) -> [usize; 2] {
         self.size

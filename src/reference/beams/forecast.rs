@@ -1,5 +1,6 @@
 //! The work of a pass before it begins.
 
+use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -7,8 +8,8 @@ use rayon::prelude::*;
 use super::facets::{FacetRefiner, Followed, by_events, facet_of};
 use super::film::BeamFilm;
 use super::limit::Limit;
-use super::pass::{Asked, BeamLight, Passes};
-use super::refine::{Scratch, Sounding};
+use super::pass::{BeamLight, Passes};
+use super::refine::{Asked, Scratch, Sounding};
 use crate::numeric::{FixedPoint, Stream, StreamKind};
 use crate::run::Budget;
 use crate::transport::first_surface::SurfacePatch;
@@ -136,16 +137,11 @@ impl Passes<'_> {
                     ..Budget::default()
                 };
                 let limit = Limit::new(&budget, self.progress, Instant::now());
-                let scratch = asked
-                    .iter()
-                    .map(|(signature, _)| Scratch::new(signature.len()));
-                let mut scratch: Vec<Scratch<N>> = scratch.collect();
+                let events = asked.iter().map(|(signature, _)| signature.len()).max();
+                let scratch = RefCell::new(Scratch::new(events.unwrap_or(0)));
                 let mut followed: Vec<Followed<'_, N>> = asked
                     .iter()
-                    .zip(&mut scratch)
-                    .map(|(one, scratch)| {
-                        self.followed(light, &screen, *one, &film, &limit, scratch)
-                    })
+                    .map(|one| self.followed(light, &screen, *one, &film, &limit, &scratch))
                     .collect();
                 work(&mut followed)
             };

@@ -1,5 +1,6 @@
 //! Light of some path signatures and sources, each signature at one tolerance.
 
+use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Mutex;
 
@@ -9,7 +10,7 @@ use super::bars::bounded;
 use super::facets::{FacetRefiner, Followed, by_events, part_patches};
 use super::film::BeamFilm;
 use super::limit::Limit;
-use super::refine::{Balance, Limits, Refiner, Scratch};
+use super::refine::{Asked, Balance, Refiner, Scratch};
 use super::sums::Sums;
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
@@ -110,9 +111,6 @@ pub struct SignatureReport {
     pub balance_error: f64,
 }
 
-/// A signature to be followed, and the limits of its division.
-pub type Asked = (Signature, Limits);
-
 /// What a task did for one of the signatures.
 struct Done<const N: usize> {
     /// Its number.
@@ -125,8 +123,8 @@ struct Done<const N: usize> {
 type TaskResult<const N: usize> = Option<Vec<Done<N>>>;
 
 impl Passes<'_> {
-    /// Some signatures, each at its tolerance; `None` if work was stopped. Those that begin with the same
-    /// events share the polygons of flat facets.
+    /// Some signatures, each at its tolerance, given to `take` one by one in their order; `false` if work was
+    /// stopped before. Those that begin with the same events share the polygons of flat facets.
     ///
     /// # Errors
     ///
@@ -135,11 +133,12 @@ impl Passes<'_> {
         &self,
         lights: &[BeamLight],
         asked: &[Asked],
-    ) -> Result<Option<Vec<PassLayer>>, Error> {
+        take: impl FnMut(usize, PassLayer),
+    ) -> Result<bool, Error> {
         if self.target.is_achromatic(self.scene) {
-            self.in_channels::<1>(lights, asked)
+            self.in_channels::<1>(lights, asked, take)
         } else {
-            self.in_channels::<3>(lights, asked)
+            self.in_channels::<3>(lights, asked, take)
         }
     }
 
@@ -147,7 +146,8 @@ impl Passes<'_> {
         &self,
         lights: &[BeamLight],
         asked: &[Asked],
-    ) -> Result<Option<Vec<PassLayer>>, Error> {
+        mut take: impl FnMut(usize, PassLayer),
+    ) -> Result<bool, Error> {
         // Uncertain flux may count the same flux in several texels, and the discovery is coarse.
         let scale = FixedPoint::for_total(64.0 * self.flux).map_err(|_| not_representable())?;
         let mut order: Vec<usize> = (0..asked.len()).collect();
@@ -163,7 +163,7 @@ impl Passes<'_> {
         // In the order of the patches: floats are summed the same on any threads.
         for task in done.into_iter().flatten() {
             let Some(task) = task else {
-                return Ok(None);
+                return Ok(false);
             };
             for done in task {
                 let (balance, counters) = &mut totals[done.signature];
@@ -171,14 +171,17 @@ impl Passes<'_> {
                 *counters += done.counters;
             }
         }
-        let mut layers: Vec<(usize, PassLayer)> = Vec::new();
-        for (((index, film), (signature, _)), (balance, counters)) in
-            order.into_iter().zip(films).zip(sorted).zip(totals)
-        {
-            layers.push((index, layer(signature, &film, &balance, counters)?));
+        if self.limit.is_beyond_rays() {
+            return Ok(false);
         }
-        layers.sort_by_key(|(index, _)| *index);
-        Ok(Some(layers.into_iter().map(|(_, layer)| layer).collect()))
+        let done = films.into_iter().zip(sorted).zip(totals);
+        let mut done: Vec<_> = order.into_iter().zip(done).collect();
+        done.sort_by_key(|(index, _)| *index);
+        // Each film goes as its layer comes.
+        for (index, ((film, (signature, _)), (balance, counters))) in done {
+            take(index, layer(signature, &film, &balance, counters)?);
+        }
+        Ok(true)
     }
 
     /// The paths of one source's light by way of flat facets.
@@ -191,11 +194,12 @@ impl Passes<'_> {
         &'f self,
         light: &'f BeamLight,
         screen: &'f Screen<'f>,
-        (signature, limits): Asked,
+        asked: Asked,
         film: &'f BeamFilm<N>,
         limit: &'f Limit<'f>,
-        scratch: &'f mut Scratch<N>,
+        scratch: &'f RefCell<Scratch<N>>,
     ) -> Followed<'f, N> {
+        let (signature, limits) = asked;
         let follower = PathFollower::new(
             self.scene,
             &light.source,
@@ -212,7 +216,7 @@ impl Passes<'_> {
                 film,
                 self.clearance,
                 limit,
-                limits,
+                asked,
                 scratch,
             ),
         }
@@ -225,8 +229,9 @@ impl Passes<'_> {
         asked: &[Asked],
         films: &[BeamFilm<N>],
     ) -> Vec<TaskResult<N>> {
-        // Memory of each signature to work in, handed from task to task.
-        let idle: Vec<Mutex<Vec<Scratch<N>>>> = asked.iter().map(|_| Mutex::default()).collect();
+        // Memory to work in, handed from task to task.
+        let idle: Mutex<Vec<Scratch<N>>> = Mutex::default();
+        let events = asked.iter().map(|(signature, _)| signature.len()).max();
         let screen = self.target.screen();
         let paths = self.paths(light);
         let refined =
@@ -234,17 +239,15 @@ impl Passes<'_> {
                 if self.limit.is_reached() {
                     return None;
                 }
-                let held = |index: usize| {
-                    let held = idle[index].lock().ok().and_then(|mut idle| idle.pop());
-                    held.unwrap_or_else(|| Scratch::new(asked[index].0.len()))
-                };
-                let mut scratch: Vec<Scratch<N>> = signatures.clone().map(held).collect();
+                let held = idle.lock().ok().and_then(|mut idle| idle.pop());
+                let mut scratch = held.unwrap_or_else(|| Scratch::new(events.unwrap_or(0)));
+                scratch.forget();
+                let scratch = RefCell::new(scratch);
                 let mut followed: Vec<Followed<'_, N>> = signatures
                     .clone()
-                    .zip(&mut scratch)
-                    .map(|(index, scratch)| {
+                    .map(|index| {
                         let film = &films[index];
-                        self.followed(light, &screen, asked[index], film, self.limit, scratch)
+                        self.followed(light, &screen, asked[index], film, self.limit, &scratch)
                     })
                     .collect();
                 work(&mut followed);
@@ -260,12 +263,11 @@ impl Passes<'_> {
                         counters,
                     }
                 };
-                let done: Vec<Done<N>> = signatures.clone().zip(followed).map(done).collect();
-                self.progress.add((patches * signatures.len()) as u64);
-                for (index, scratch) in signatures.zip(scratch) {
-                    if let Ok(mut idle) = idle[index].lock() {
-                        idle.push(scratch);
-                    }
+                let patches = patches * signatures.len();
+                let done: Vec<Done<N>> = signatures.zip(followed).map(done).collect();
+                self.progress.add(patches as u64);
+                if let Ok(mut idle) = idle.lock() {
+                    idle.push(scratch.into_inner());
                 }
                 Some(done)
             };
@@ -332,4 +334,107 @@ fn not_representable() -> Error {
     let reason =
         "a texel's flux is not representable: NaN, infinite, or far beyond the emitters' flux";
     Error::NotRepresentable(reason.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::beams::refine::Limits;
+    use crate::run::Budget;
+    use crate::transport::camera::Camera;
+    use crate::transport::first_surface::patches;
+
+    /// Layers of some signatures of a shipped scene, each with its tolerance \[W\]: all together, or each alone.
+    fn layers(scene: &str, asked: &[(&str, f64)], together: bool) -> Vec<PassLayer> {
+        let size = [("size".to_owned(), "32".to_owned())];
+        let scene = crate::mitsuba::load(format!("scenes/{scene}.xml").as_ref(), &size).unwrap();
+        let shading_normals = ShadingNormals::default();
+        let sensor = &scene.sensors()[0];
+        let target = Target::new(&scene, sensor, shading_normals, Camera::new).unwrap();
+        let lights: Vec<BeamLight> = Source::all(&scene)
+            .into_iter()
+            .map(|source| BeamLight {
+                patches: patches(&scene, &source),
+                source,
+            })
+            .collect();
+        let progress = Progress::default();
+        let passes = Passes {
+            scene: &scene,
+            target: &target,
+            clearance: &Clearance::new(&scene),
+            shared: &SharedPlaces::new(&scene, shading_normals),
+            facets: &Facets::new(&scene),
+            shading_normals,
+            flux: 1e3,
+            limit: &Limit::new(&Budget::default(), &progress, std::time::Instant::now()),
+            progress: &progress,
+        };
+        let asked: Vec<Asked> = asked
+            .iter()
+            .map(|(name, tolerance)| {
+                let limits = Limits {
+                    tolerance: *tolerance,
+                    flux: 1e3,
+                    peak: 1.0,
+                };
+                (name.parse().unwrap(), limits)
+            })
+            .collect();
+        let mut layers = Vec::new();
+        for batch in asked.chunks(if together { asked.len() } else { 1 }) {
+            assert!(
+                passes
+                    .signatures(&lights, batch, |index, layer| {
+                        assert_eq!(index, layers.len() % batch.len());
+                        layers.push(layer);
+                    })
+                    .unwrap()
+            );
+        }
+        layers
+    }
+
+    fn assert_same(a: &PassLayer, b: &PassLayer) {
+        assert_eq!(a.report.name, b.report.name);
+        assert_eq!(a.sums.flux, b.sums.flux, "{}", a.report.name);
+        assert_eq!(a.sums.bar, b.sums.bar, "{}", a.report.name);
+        assert_eq!(a.report.cells, b.report.cells, "{}", a.report.name);
+        assert!(a.report.cells > 0);
+    }
+
+    fn rays(layers: &[PassLayer]) -> u64 {
+        layers.iter().map(|layer| layer.counters.rays).sum()
+    }
+
+    #[test]
+    fn signatures_that_share_polygons_bring_the_light_that_each_brings_alone() {
+        // The last one shares its first event only; the order is none of events.
+        let asked = ["LTRRTD", "LTTD", "LRD", "LTRRRTD", "LTRTD", "LTTRD"].map(|name| (name, 0.1));
+        for scene in ["diamond", "lens"] {
+            let [together, alone] = [true, false].map(|together| layers(scene, &asked, together));
+            for (a, b) in together.iter().zip(&alone) {
+                assert_same(a, b);
+            }
+        }
+    }
+
+    #[test]
+    fn shared_polygons_are_followed_once() {
+        // On the leg after its events each signature has polygons of its own. Before it, `LTRⁿTD` for n of 0 to
+        // 4 have 1, 2, 3, 4 and 5 legs in glass, of which all but the last one's are shared: of 15, 5 are left.
+        // The polygons of later legs are more, so that the ratio is less far from one.
+        let names = ["LTTD", "LTRTD", "LTRRTD", "LTRRRTD", "LTRRRRTD"];
+        let [together, alone] = [true, false]
+            .map(|together| rays(&layers("diamond", &names.map(|name| (name, 0.1)), together)));
+        assert!(together < alone * 2 / 3, "{together} of {alone} rays");
+    }
+
+    #[test]
+    fn shared_polygons_are_as_fine_as_the_finest_signature_asks_for() {
+        let asked = [("LTTD", 10.0), ("LTRTD", 1e-4)];
+        let [together, alone] = [true, false].map(|together| layers("cube", &asked, together));
+        assert_same(&together[1], &alone[1]);
+        assert!(together[0].report.cells >= alone[0].report.cells);
+    }
 }

@@ -6,12 +6,13 @@ use std::time::{Duration, Instant};
 use super::batch::{batches, most as most_together};
 use super::coarse::coarse;
 use super::discovery::{SignatureLight, discover};
+use super::film::BeamFilm;
 use super::finish;
 use super::forecast::{Forecast, Sample};
 use super::layers::{BeamLayer, Lit, Made, lit};
 use super::limit::Limit;
-use super::pass::{Asked, BeamLight, Passes};
-use super::refine::{Limits, Sounding};
+use super::pass::{BeamLight, Passes};
+use super::refine::{Asked, Limits, Sounding};
 use super::report::BeamReport;
 use super::schedule::{self, Known};
 use super::selection::{Found, LeftOut, MARGIN, bound, left, needed_for};
@@ -57,6 +58,8 @@ pub struct Divided {
     pub named: usize,
     /// True if all others have one together.
     pub has_others: bool,
+    /// Most signatures whose films are filled together.
+    pub together: usize,
     /// Events of the longest signature.
     pub events: usize,
 }
@@ -319,8 +322,9 @@ impl<'a> Setup<'a> {
     pub fn divided(&mut self, budget: &Budget) -> Divided {
         let (layers, _) = self.layers(target_error(budget));
         let members = layers.iter().flat_map(|layer| &layer.members);
-        let events = members.map(|(signature, _)| signature.len()).max();
+        let events = members.clone().map(|(signature, _)| signature.len()).max();
         Divided {
+            together: self.most_together().min(members.count()).max(1),
             named: layers.iter().filter(|layer| layer.name.is_some()).count(),
             has_others: layers.iter().any(|layer| layer.name.is_none()),
             events: events.unwrap_or(0),
@@ -354,7 +358,7 @@ impl<'a> Setup<'a> {
         let goal = target.unwrap_or(schedule::COARSE_ERROR);
         let tolerances = layers.iter().map(|layer| self.first(layer, first, goal));
         let members = self.members(layers, &tolerances.collect::<Vec<_>>());
-        for batch in batches(members.len(), self.most_together()) {
+        for batch in batches(members.len(), self.most_together(), false) {
             let asked: Vec<Asked> = members[batch].iter().map(|one| one.asked).collect();
             all += passes.sound(&lights, &asked);
         }
@@ -518,14 +522,11 @@ impl<'a> Setup<'a> {
             .map(|layer| (Made::default(), layer.members.len()))
             .collect();
         let mut all = 0.0;
-        for batch in batches(members.len(), self.most_together()) {
+        for batch in batches(members.len(), self.most_together(), limit.is_set()) {
             let batch = &members[batch];
             let asked: Vec<Asked> = batch.iter().map(|one| one.asked).collect();
-            let made = passes.signatures(&self.lights, &asked)?;
-            let Some(made) = made.filter(|_| !limit.is_beyond_rays()) else {
-                return Ok(all);
-            };
-            for (member, mut one) in batch.iter().zip(made) {
+            let is_done = passes.signatures(&self.lights, &asked, |index, mut one| {
+                let member = &batch[index];
                 *counters += one.counters;
                 if let Some(bound) = &member.may_get {
                     one.sums.widen(bound);
@@ -539,6 +540,9 @@ impl<'a> Setup<'a> {
                     all += made.work;
                     layers[member.layer].take(made, &self.target);
                 }
+            })?;
+            if !is_done {
+                break;
             }
         }
         Ok(all)
@@ -548,12 +552,12 @@ impl<'a> Setup<'a> {
     fn most_together(&self) -> usize {
         let is_flat = |light: &BeamLight| !light.parts(&self.facets).0.is_empty();
         if self.lights.iter().any(is_flat) {
-            let channels = if self.target.is_achromatic(self.scene) {
-                1
+            let size = self.target.size();
+            most_together(if self.target.is_achromatic(self.scene) {
+                BeamFilm::<1>::bytes(size)
             } else {
-                3
-            };
-            most_together(self.target.texels(), channels)
+                BeamFilm::<3>::bytes(size)
+            })
         } else {
             1
         }

@@ -11,6 +11,7 @@ use crate::transport::fixed_signature::{PathEnd, PathFollower};
 /// An entry is equal, to the bit, to the result of following the path again. So forgetting costs time only,
 /// and results do not depend on the entries that it happens to hold.
 pub struct PathStore<const N: usize> {
+    /// Empty until a path is asked for.
     entries: Vec<Option<Entry<N>>>,
     /// Entries of earlier generations are forgotten.
     generation: u32,
@@ -39,18 +40,17 @@ impl<const N: usize> PathStore<N> {
         ENTRIES * (size_of::<Option<Entry<N>>>() + (events + 1) * size_of::<Option<Straight>>())
     }
 
-    /// An empty store, for one source and one signature of so many events.
+    /// An empty store, for one source and signatures of at most so many events.
     pub fn new(events: usize) -> Self {
         Self {
-            entries: vec![None; ENTRIES],
+            entries: Vec::new(),
             generation: 0,
             legs: Vec::new(),
             most_legs: events + 1,
         }
     }
 
-    /// Forgets all paths. A task must find nothing here, or its work would depend on the tasks before it on
-    /// the same thread.
+    /// Forgets all paths.
     pub fn forget(&mut self) {
         self.generation = self.generation.wrapping_add(1);
         if self.generation == 0 {
@@ -128,13 +128,16 @@ impl<const N: usize> PathStore<N> {
 
     #[inline]
     fn held(&self, slot: usize, surface: u64, at: DVec2) -> Option<&Entry<N>> {
-        self.entries[slot].as_ref().filter(|held| {
+        self.entries.get(slot)?.as_ref().filter(|held| {
             held.generation == self.generation && held.surface == surface && held.at == at
         })
     }
 
     #[inline]
     fn hold(&mut self, slot: usize, surface: u64, at: DVec2, path: PathEnd<N>, legs: u32) {
+        if self.entries.is_empty() {
+            self.entries = vec![None; ENTRIES];
+        }
         self.entries[slot] = Some(Entry {
             generation: self.generation,
             legs,

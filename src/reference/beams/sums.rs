@@ -16,9 +16,6 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Memory \[bytes\] of a texel.
-    pub const BYTES: usize = 2 * size_of::<Rgb>() + size_of::<f64>();
-
     /// Sums of no light on `texels` texels.
     pub fn dark(texels: usize) -> Self {
         Self {

@@ -12,7 +12,7 @@ const PANELS: u32 = 32;
 
 impl Clearance<'_> {
     /// True if any part of a shape may be in a hull.
-    pub(super) fn may_be_in_the_way(&self, hull: &Hull, shape: u32) -> bool {
+    pub(super) fn may_be_in_the_way<const K: usize>(&self, hull: &Hull<K>, shape: u32) -> bool {
         let world = self.scene.world();
         match &world.shapes()[shape as usize] {
             Shape::Sphere(ball) => {
@@ -39,7 +39,7 @@ impl Clearance<'_> {
 }
 
 /// True if the wall of a tube may be in a hull. The tube is hollow: its inside is in nobody's way.
-fn tube_may_be_in_the_way(hull: &Hull, tube: &Cylinder) -> bool {
+fn tube_may_be_in_the_way<const K: usize>(hull: &Hull<K>, tube: &Cylinder) -> bool {
     let panel = |index: u32| {
         let [from, to] = [index, index + 1].map(|i| f64::from(i) / f64::from(PANELS));
         let on = |u: f64, v: f64| tube.at_uv(DVec2::new(u, v)).position;

@@ -9,9 +9,9 @@ use crate::geometry::{Hull, Shape};
 impl Clearance<'_> {
     /// True if any of the watched shapes may be in a hull. For flat faces near it, `is_in_the_way` decides by
     /// shape and face (0 for a rectangle): the caller knows planes and edges better.
-    pub fn may_be_between(
+    pub fn may_be_between<const K: usize>(
         &self,
-        hull: &Hull,
+        hull: &Hull<K>,
         is_watched: impl Fn(u32) -> bool,
         mut is_in_the_way: impl FnMut(u32, u32) -> bool,
     ) -> bool {

@@ -48,7 +48,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
             is_cut: false,
         };
         self.cut(chart, cell, middles, &mut cut);
-        let Scratch { fine, coarse, .. } = &mut *self.scratch;
+        let Scratch { fine, coarse, .. } = &mut self.scratch;
         let (mut low, mut high) = (look.low, look.high);
         for at in fine.iter().flat_map(image_of) {
             (low, high) = (low.min(at), high.max(at));

@@ -1,5 +1,7 @@
 //! Limits of the division into cells.
 
+use crate::transport::signature::Signature;
+
 /// Flux, in tolerances, above which a cell needs a [clearance](crate::transport::clearance) to count as one
 /// topology: nothing can be in its legs' way. A smaller cell hides no more than a part of this.
 const UNCLEARED_TOLERANCES: f64 = 32.0;
@@ -27,6 +29,9 @@ pub struct Limits {
     /// it. Dark nodes may hide at most twice that.
     pub peak: f64,
 }
+
+/// A signature to be followed, and the limits of its division.
+pub type Asked = (Signature, Limits);
 
 impl Limits {
     /// Largest part of the signature's light \[W\] that a cell may misplace.

@@ -8,7 +8,7 @@ mod refiner;
 mod sound;
 
 pub use balance::Balance;
-pub use limits::Limits;
+pub use limits::{Asked, Limits};
 pub(super) use refiner::misplaced;
 pub use refiner::{Refiner, Scratch, scratch_bytes};
 pub use sound::Sounding;

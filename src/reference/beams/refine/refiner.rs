@@ -1,9 +1,11 @@
 //! The refiner of cells.
 
+use std::cell::RefCell;
+
 use glam::DVec2;
 
 use super::balance::Balance;
-use super::limits::Limits;
+use super::limits::Asked;
 use super::nodes::NodeFinder;
 use crate::geometry::TraversalCounters;
 use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
@@ -18,6 +20,7 @@ use crate::transport::clearance::{CellClearance, Clearance, Trail};
 use crate::transport::first_surface::{Cone, SharedPlaces, SurfaceChart, SurfacePatch};
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::flux::Flux;
+use crate::transport::signature::Signature;
 
 /// Most divisions of a patch: to a quarter of a billionth of its side.
 const MAX_LEVEL: u32 = 32;
@@ -78,8 +81,10 @@ const FAINT: f64 = 0.25;
 /// Number of cells between two questions to the limit: some milliseconds' work.
 const PATIENCE: u32 = 256;
 
-/// Memory that a refiner works in. The next one of the same source and signature can use it again.
+/// Memory that refiners work in, one after the other.
 pub struct Scratch<const N: usize> {
+    /// The signature whose paths it holds.
+    owner: Option<Signature>,
     pub(super) store: PathStore<N>,
     /// Paths beside borders: the halves of an edge are searched, then the edge, then the neighbour's.
     pub(super) borders: PathStore<N>,
@@ -92,9 +97,10 @@ pub struct Scratch<const N: usize> {
 }
 
 impl<const N: usize> Scratch<N> {
-    /// Memory for one source and one signature of `events` events.
+    /// Memory for signatures of at most `events` events.
     pub fn new(events: usize) -> Self {
         Self {
+            owner: None,
             store: PathStore::new(events),
             borders: PathStore::new(events),
             trails: Default::default(),
@@ -102,6 +108,21 @@ impl<const N: usize> Scratch<N> {
             block: TexelBlock::default(),
             fine: Vec::new(),
             coarse: Vec::new(),
+        }
+    }
+
+    /// Forgets all paths. A task must find nothing here, or its work would depend on the tasks before it on
+    /// the same thread.
+    pub fn forget(&mut self) {
+        self.owner = None;
+        self.store.forget();
+        self.borders.forget();
+    }
+
+    fn belong_to(&mut self, signature: Signature) {
+        if self.owner != Some(signature) {
+            self.forget();
+            self.owner = Some(signature);
         }
     }
 }
@@ -115,7 +136,10 @@ pub const fn scratch_bytes<const N: usize>(events: usize) -> usize {
 pub struct Refiner<'a, 'f, const N: usize> {
     pub(super) paths: NodeFinder<'a, N>,
     pub(super) film: &'f BeamFilm<N>,
-    pub(super) scratch: &'f mut Scratch<N>,
+    pub(super) scratch: Scratch<N>,
+    /// Memory that it takes for as long as it works.
+    lent: &'f RefCell<Scratch<N>>,
+    signature: Signature,
     pub(super) clearance: &'f Clearance<'a>,
     pub(super) limit: &'f Limit<'f>,
     /// Number of cells until the limit is asked again.
@@ -155,11 +179,9 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         film: &'f BeamFilm<N>,
         clearance: &'f Clearance<'a>,
         limit: &'f Limit<'f>,
-        limits: Limits,
-        scratch: &'f mut Scratch<N>,
+        (signature, limits): Asked,
+        lent: &'f RefCell<Scratch<N>>,
     ) -> Self {
-        scratch.store.forget();
-        scratch.borders.forget();
         Self {
             cone: Cone::of(follower.source()),
             paths: NodeFinder::new(follower, shared),
@@ -169,7 +191,10 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             patience: PATIENCE,
             spent: 0,
             stopped: false,
-            scratch,
+            // Nothing is allocated.
+            scratch: Scratch::new(0),
+            lent,
+            signature,
             tolerance: limits.tolerance.min(limits.most()),
             most: limits.most(),
             peak: limits.peak,
@@ -218,6 +243,20 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
 
     /// Divides a patch until all its light is placed.
     pub fn refine(&mut self, patch: &SurfacePatch) {
+        self.with_scratch(|refiner| refiner.divide(patch));
+    }
+
+    /// Works with the lent memory.
+    pub(super) fn with_scratch<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+        let lent = self.lent;
+        std::mem::swap(&mut self.scratch, &mut lent.borrow_mut());
+        self.scratch.belong_to(self.signature);
+        let done = work(self);
+        std::mem::swap(&mut self.scratch, &mut lent.borrow_mut());
+        done
+    }
+
+    fn divide(&mut self, patch: &SurfacePatch) {
         let chart = &patch.chart;
         let whole = self.whole(patch);
         self.scratch.pending.clear();
@@ -306,7 +345,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             return false;
         }
         if !cell.clearance.all {
-            let Scratch { store, trails, .. } = &mut *self.scratch;
+            let Scratch { store, trails, .. } = &mut self.scratch;
             let in_sight = cell.clearance.is_in_sight();
             for (node, trail) in nodes(cell, middles).iter().zip(&mut *trails) {
                 self.paths.trail(store, chart, node.at, in_sight, trail);

@@ -59,7 +59,11 @@ impl std::ops::Mul<f64> for Sounding {
 impl<const N: usize> Refiner<'_, '_, N> {
     /// The likely work of [`refine`](Self::refine), as a mean over `draw`: evenly spread numbers in \[0, 1).
     /// What it puts on the film is worth nothing.
-    pub fn sound(&mut self, patch: &SurfacePatch, mut draw: impl FnMut() -> f64) -> Sounding {
+    pub fn sound(&mut self, patch: &SurfacePatch, draw: impl FnMut() -> f64) -> Sounding {
+        self.with_scratch(|refiner| refiner.go_down(patch, draw))
+    }
+
+    fn go_down(&mut self, patch: &SurfacePatch, mut draw: impl FnMut() -> f64) -> Sounding {
         let chart = &patch.chart;
         let mut cell = self.whole(patch);
         let (mut all, mut cells) = (Sounding::default(), 1.0);

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::legs::{Goal, LegLine, Legs};
-use crate::geometry::Hull;
+use super::legs::{Goal, LegHull, LegLine, Legs};
 use crate::reference::beams::facets::polygon::is_below;
 use crate::transport::facets::table::Facet;
 use crate::transport::screen::Screen;
@@ -13,7 +12,7 @@ impl Legs<'_> {
     /// cutting tells.
     pub(super) fn part_across(
         &self,
-        hull: &Hull,
+        hull: &LegHull,
         facet: u32,
         from: Option<u32>,
         goal: Goal,

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::{Hull, Ray, Shape, TraversalCounters};
+use crate::geometry::{Hull, Ray, Shape, TraversalCounters, bulge};
 use crate::reference::beams::facets::polygon::LightPolygon;
 use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
@@ -74,6 +74,12 @@ pub(in crate::reference::beams::facets) enum LegWay {
     Obstructed,
 }
 
+/// Most corners of a hull's ends: most polygons have no more.
+const HULL_CORNERS: usize = 6;
+
+/// The space that the light of a polygon sweeps on a leg, or that of a part of it.
+pub(super) type LegHull = Hull<HULL_CORNERS>;
+
 /// A line of a leg's light.
 #[derive(Clone, Copy)]
 pub(super) struct LegLine {
@@ -116,7 +122,7 @@ pub(in crate::reference::beams::facets) struct Legs<'f> {
     /// Lines of the polygon's corners first, then of its sides' and diagonals' middles.
     pub(super) lines: Vec<LegLine>,
     pub(super) corners: usize,
-    pub(super) hulls: Vec<Hull>,
+    pub(super) hulls: Vec<LegHull>,
 }
 
 impl<'f> Legs<'f> {
@@ -239,6 +245,7 @@ impl<'f> Legs<'f> {
             self.lines.push(line);
         }
         self.corners = self.lines.len();
+        let mut bulges = [0.0; 2];
         // The side that a triangle of the fan shares with the one before.
         let mut shared: Option<LegLine> = None;
         for index in 1..self.corners.saturating_sub(1) {
@@ -265,12 +272,27 @@ impl<'f> Legs<'f> {
             shared = Some(last);
             let [a, b, c] = [0, index, next].map(|corner| self.lines[corner]);
             let six = [a, b, c, far, last, first];
-            self.hulls.push(Hull::new(
-                &six.map(|one| one.ray.origin),
-                &six.map(|one| one.end),
-            ));
+            bulges = wider(bulges, six.map(|one| [one.ray.origin, one.end]));
         }
+        self.hull(bulges);
         Some(())
+    }
+
+    /// Finds the hulls of the lines of the polygon's corners, given how far its light bulges between them.
+    fn hull(&mut self, bulges: [f64; 2]) {
+        let [mut starts, mut ends] = [Vec::new(), Vec::new()];
+        // Parts of the polygon have the first corner in common, and each the last one of the part before.
+        let mut first = 1;
+        while first + 1 < self.corners {
+            let last = (first + HULL_CORNERS - 2).min(self.corners - 1);
+            let lines = || self.lines[..1].iter().chain(&self.lines[first..=last]);
+            starts.clear();
+            starts.extend(lines().map(|line| line.ray.origin));
+            ends.clear();
+            ends.extend(lines().map(|line| line.end));
+            self.hulls.push(Hull::of_polygons(&starts, &ends, bulges));
+            first = last;
+        }
     }
 
     /// A line up to its goal; `None` if the goal is not ahead.
@@ -312,6 +334,7 @@ impl<'f> Legs<'f> {
         for corner in &polygon.corners {
             self.lines.push(meet(corner.at)?.0);
         }
+        let mut bulges = [0.0; 2];
         for triangle in polygon.fan() {
             let [a, b, c] = triangle.map(|corner| corner.at);
             let six = [a, b, c, 0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)];
@@ -326,8 +349,9 @@ impl<'f> Legs<'f> {
                 return None;
             }
             self.lines.extend(found[3..].iter().map(|(line, _)| *line));
-            self.hulls.push(Hull::new(&starts, &ends));
+            bulges = wider(bulges, found.map(|(line, _)| [line.ray.origin, line.end]));
         }
+        self.hull(bulges);
         Some(())
     }
 
@@ -337,4 +361,9 @@ impl<'f> Legs<'f> {
         self.screen
             .is_out_of_sight(self.paths.scene(), shape, &ends)
     }
+}
+
+/// The bulges at both ends of a leg, or those of a triangle of its light where they are larger.
+fn wider(bulges: [f64; 2], triangle: [[DVec3; 2]; 6]) -> [f64; 2] {
+    std::array::from_fn(|end| bulges[end].max(bulge(&triangle.map(|line| line[end]))))
 }
