@@ -129,7 +129,7 @@ impl GeodesicLattice {
         let is_vertex = sum > 1.0;
         // With a vertex in the middle there is no such tip.
         let least = larger(smaller(smaller(x, y), smaller(z, 1.0 - sum)), 0.0);
-        let tip = u32::from(z > least) * (1 + u32::from(x > least)) | 3 * u32::from(is_vertex);
+        let tip = (u32::from(z > least) * (1 + u32::from(x > least))) | (3 * u32::from(is_vertex));
         let f = self.frequency;
         let (i, j) = (i.to_bits() as u32, j.to_bits() as u32);
         // The weights of the vertex less 1.

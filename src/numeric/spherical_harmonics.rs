@@ -50,22 +50,11 @@ impl SphericalHarmonics {
     /// Their values in a unit direction, into a slice of at least `order`² numbers.
     #[inline]
     pub fn write(&self, direction: DVec3, all: &mut [f64]) {
-        /// The order that is asked for most: its loops are written out by the compiler.
-        const USUAL: usize = 5;
-        if let (USUAL, Some(all)) = (self.order, all.first_chunk_mut::<{ USUAL * USUAL }>()) {
-            self.write_up_to(USUAL, direction, all);
-        } else {
-            self.write_up_to(self.order, direction, all);
-        }
-    }
-
-    #[inline(always)]
-    fn write_up_to(&self, order: usize, direction: DVec3, all: &mut [f64]) {
         let z = direction.z;
         // (x + iy)^m, which has sin(θ)^m and the turn.
         let (mut real, mut imaginary) = (1.0, 0.0);
         let mut steps = self.steps.iter();
-        for (m, sectoral) in (0..order).zip(&self.sectoral) {
+        for (m, sectoral) in self.sectoral.iter().enumerate() {
             if m > 0 {
                 (real, imaginary) = (
                     real * direction.x - imaginary * direction.y,
@@ -78,7 +67,7 @@ impl SphericalHarmonics {
                 std::f64::consts::SQRT_2
             };
             let (mut before, mut value) = (0.0, *sectoral);
-            for l in m..order {
+            for l in m..self.order {
                 if l > m
                     && let Some([a, b]) = steps.next()
                 {
