@@ -16,8 +16,8 @@ pub struct GeodesicDual {
     middles: Vec<DVec3>,
     /// What serves far from the edges of the icosahedron.
     lattice: GeodesicLattice,
-    /// The polygons around vertices on edges of the icosahedron, and which of them each of the lattice's numbers
-    /// has.
+    /// The polygons around vertices on edges of the icosahedron, and which of them each of the lattice's
+    /// numbers has.
     polygons: Vec<Polygon>,
     borders: Vec<u32>,
 }
@@ -69,8 +69,8 @@ impl Polygon {
         }
     }
 
-    /// The three middles between which a direction lies that is in the polygon, with their shares; one of these
-    /// is negative if the direction is not in it.
+    /// The three middles between which a direction lies that is in the polygon, with their shares; one of
+    /// these is negative if the direction is not in it.
     #[inline]
     fn between(&self, direction: DVec3) -> [(u32, f64); 3] {
         let sides = self.lines.map(|line| line.dot(direction));
@@ -143,8 +143,8 @@ impl GeodesicDual {
         &self.middles
     }
 
-    /// The three triangles of the geodesic between whose middles a direction lies, with their shares: these sum
-    /// to 1, and none is negative. The direction may have any length but 0.
+    /// The three triangles of the geodesic between whose middles a direction lies, with their shares: these
+    /// sum to 1, and none is negative. The direction may have any length but 0.
     #[inline]
     pub fn between(&self, direction: DVec3) -> [(u32, f64); 3] {
         let face = self.lattice.face(direction);
@@ -154,14 +154,14 @@ impl GeodesicDual {
         found.unwrap_or_else(|border| self.around(border, direction))
     }
 
-    /// The maps from directions that are still to be turned to their weights by the corners of each face of the
-    /// icosahedron, for [`between_turned`](Self::between_turned).
+    /// The maps from directions that are still to be turned to their weights by the corners of each face of
+    /// the icosahedron, for [`between_turned`](Self::between_turned).
     pub fn turned(&self, turn: DMat3) -> [DMat3; 20] {
         std::array::from_fn(|face| self.lattice.weights(face as u32) * turn)
     }
 
-    /// As [`between`](Self::between), for a direction that is still to be turned. `face` is that of a direction
-    /// near to it, and becomes its own: results do not depend on it.
+    /// As [`between`](Self::between), for a direction that is still to be turned. `face` is that of a
+    /// direction near to it, and becomes its own: results do not depend on it.
     #[inline]
     pub fn between_turned(
         &self,
@@ -189,8 +189,8 @@ impl GeodesicDual {
         self.beside(polygon, direction)
     }
 
-    /// As [`between`](Self::between), in one of the polygons beside one that seems not to hold the direction. On
-    /// an edge of the icosahedron the border of two polygons is no mean of their vertices.
+    /// As [`between`](Self::between), in one of the polygons beside one that seems not to hold the direction.
+    /// On an edge of the icosahedron the border of two polygons is no mean of their vertices.
     #[inline(never)]
     fn beside(&self, polygon: &Polygon, direction: DVec3) -> [(u32, f64); 3] {
         let mut best = polygon.between(direction);

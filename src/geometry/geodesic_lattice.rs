@@ -1,5 +1,5 @@
-//! Linear interpolation between the middles of a geodesic's triangles by arithmetic, far from the edges of the
-//! icosahedron.
+//! Linear interpolation between the middles of a geodesic's triangles by arithmetic, far from the edges of
+//! the icosahedron.
 
 use glam::{DMat3, DVec3};
 
@@ -9,15 +9,15 @@ use super::geodesic::Geodesic;
 ///
 /// On a face the polygon of middles around a vertex is a regular hexagon: the places that are nearer to this
 /// vertex than to any other. Its inner triangle has the middles of the three triangles that are the right way
-/// up. Shares in a plane follow from the weights by the face's corners; those on the sphere are these times the
-/// distances of the middles in the plane, for central projection keeps lines straight.
+/// up. Shares in a plane follow from the weights by the face's corners; those on the sphere are these times
+/// the distances of the middles in the plane, for central projection keeps lines straight.
 #[derive(Clone, Debug)]
 pub(super) struct GeodesicLattice {
     frequency: u32,
     /// Triangles of a face that are the right way up.
     before_upside_down: u32,
-    /// By octant: the face whose middle is along the diagonal, and those whose middles have no part along y, z
-    /// and x.
+    /// By octant: the face whose middle is along the diagonal, and those whose middles have no part along y,
+    /// z and x.
     faces: [[u8; 4]; 8],
     /// By face: the map from directions to their weights by its corners.
     weights: [DMat3; 20],
@@ -110,7 +110,7 @@ impl GeodesicLattice {
     }
 
     /// The three triangles between whose middles a direction lies, with their shares, if all triangles around
-    /// the vertex nearest to it are on the face that it meets; else the [number](Self::border) of this vertex.
+    /// the vertex nearest to it are on the face that it meets; else the [number](border) of this vertex.
     /// The direction's weights are by the corners of this face.
     ///
     /// Where anything is chosen the choice is as good as random: there are no branches but the last.
@@ -121,8 +121,8 @@ impl GeodesicLattice {
         // The middles of triangles that are the right way up have whole places along the two.
         let (a, b) = (weights.x * scale - THIRD, weights.y * scale - THIRD);
         let ([i, x], [j, y]) = (parts(a), parts(b));
-        // Half of the triangles between these hold a vertex in the middle, and others the middle of a triangle
-        // that is upside down: it cuts them into three.
+        // Half of the triangles between these hold a vertex in the middle, and others the middle of a
+        // triangle that is upside down: it cuts them into three.
         let sum = x + y;
         let over = smaller(1.0 - sum, 0.0);
         let [x, y, z] = [x + over, y + over, 1.0 - sum - 2.0 * over];
@@ -188,8 +188,8 @@ fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// A number of a few digits in two parts: a whole one below it, or equal, in the lowest bits of the first; and
-/// what is more, from 0 to 1.
+/// A number of a few digits in two parts: a whole one below it, or equal, in the lowest bits of the first;
+/// and what is more, from 0 to 1.
 #[inline]
 fn parts(number: f64) -> [f64; 2] {
     /// A number added to this is rounded to a whole one.
