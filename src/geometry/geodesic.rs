@@ -137,6 +137,20 @@ impl Geodesic {
         sum.normalize()
     }
 
+    /// The weights of a triangle's corners by those of its face, times the frequency.
+    pub(super) fn weights(&self, triangle: u32) -> [[u32; 3]; 3] {
+        let f = self.frequency;
+        let number = triangle % (f * f);
+        let ups = f * (f + 1) / 2;
+        // Rows begin with one triangle less each.
+        let (mut rest, mut a) = (if number < ups { number } else { number - ups }, 0);
+        let mut row = if number < ups { f } else { f - 1 };
+        while rest >= row {
+            (rest, a, row) = (rest - row, a + 1, row - 1);
+        }
+        lattice_corners(f, [a, rest], number < ups)
+    }
+
     /// The face of the icosahedron whose middle is nearest to a direction; the first of several.
     ///
     /// The icosahedron is its own mirror image in each plane of coordinates. So a face whose middle has

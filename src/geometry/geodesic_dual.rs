@@ -1,8 +1,9 @@
 //! Linear interpolation between the middles of a geodesic's triangles.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::geodesic::Geodesic;
+use super::geodesic_lattice::{GeodesicLattice, border};
 
 /// The sphere of directions, divided into triangles between the middles of a [`Geodesic`]'s triangles.
 ///
@@ -13,57 +14,121 @@ use super::geodesic::Geodesic;
 pub struct GeodesicDual {
     /// Unit directions, by the geodesic's triangles.
     middles: Vec<DVec3>,
-    /// The triangles around each vertex, counter-clockwise seen from outside; of five the last is [`NONE`].
-    rings: Vec<[u32; 6]>,
+    /// What serves far from the edges of the icosahedron.
+    lattice: GeodesicLattice,
+    /// The polygons around vertices on edges of the icosahedron, and which of them each of the lattice's
+    /// numbers has.
+    polygons: Vec<Polygon>,
+    borders: Vec<u32>,
 }
 
-const NONE: u32 = u32::MAX;
+/// A polygon of middles around a vertex.
+#[derive(Clone, Debug)]
+struct Polygon {
+    /// The inner triangle: every other middle, counter-clockwise seen from outside.
+    inner: [u32; 3],
+    /// The tips of ears beyond its edges, the first edge from the first middle to the second: three, or two.
+    tips: [Option<u32>; 3],
+    /// The normals of the planes through these edges, inward.
+    lines: [DVec3; 3],
+    /// By ear: those of the planes from its tip to the edge's end, and from the edge's start to its tip.
+    sides: [[DVec3; 2]; 3],
+    /// The polygons beside it.
+    beside: Vec<u32>,
+}
 
-/// By place in a ring of six, and of five: a bit for each ear that touches the triangle there. The tip of ear
-/// k is at the place 2k + 1.
-const EARS: [[usize; 6]; 2] = [
-    [0b101, 0b001, 0b011, 0b010, 0b110, 0b100],
-    [0b001, 0b001, 0b011, 0b010, 0b010, 0b000],
-];
+impl Polygon {
+    fn new(geodesic: &Geodesic, middles: &[DVec3], vertex: u32, first: u32) -> Self {
+        // The triangles around the vertex, counter-clockwise.
+        let mut ring = Vec::with_capacity(6);
+        let mut next = first;
+        while ring.is_empty() || next != first && ring.len() < 6 {
+            ring.push(next);
+            // Across the edge from the vertex to the corner before it.
+            let corners = geodesic.triangles()[next as usize];
+            let corner = corners.iter().position(|corner| *corner == vertex);
+            next = geodesic.neighbours(next)[(corner.unwrap_or(0) + 1) % 3];
+        }
+        let at = |triangle: u32| middles[triangle as usize];
+        let inner = [ring[0], ring[2], ring[4]];
+        let tips = [ring.get(1), ring.get(3), ring.get(5)].map(Option::<&u32>::copied);
+        let ends = |ear: usize| [at(inner[ear]), at(inner[(ear + 1) % 3])];
+        Self {
+            inner,
+            tips,
+            lines: std::array::from_fn(|ear| {
+                let [start, end] = ends(ear);
+                start.cross(end)
+            }),
+            sides: std::array::from_fn(|ear| {
+                let [start, end] = ends(ear);
+                let tip = tips[ear].map_or(DVec3::ZERO, at);
+                [tip.cross(end), start.cross(tip)]
+            }),
+            beside: Vec::new(),
+        }
+    }
 
-/// By place in a ring and a bit for each ear that seems to hold a direction: the ear before the place, if
-/// rounding says so of two.
-const FIRST_EAR: [[usize; 8]; 6] = {
-    const LOWEST: [usize; 8] = [0, 0, 1, 0, 2, 0, 1, 0];
-    let mut all = [LOWEST; 6];
-    all[0] = [0, 0, 1, 0, 2, 2, 1, 2];
-    all
-};
+    /// The three middles between which a direction lies that is in the polygon, with their shares; one of
+    /// these is negative if the direction is not in it.
+    #[inline]
+    fn between(&self, direction: DVec3) -> [(u32, f64); 3] {
+        let sides = self.lines.map(|line| line.dot(direction));
+        let beyond = |ear: usize| self.tips[ear].filter(|_| sides[ear] < 0.0);
+        let found = (0..3).find_map(|ear| beyond(ear).map(|tip| (ear, tip)));
+        let (triangles, shares) = if let Some((ear, tip)) = found {
+            let [end, start] = self.sides[ear].map(|side| side.dot(direction));
+            let triangles = [self.inner[ear], tip, self.inner[(ear + 1) % 3]];
+            (triangles, [end, -sides[ear], start])
+        } else {
+            (self.inner, [sides[1], sides[2], sides[0]])
+        };
+        let scale = 1.0 / (shares[0] + shares[1] + shares[2]);
+        std::array::from_fn(|k| (triangles[k], shares[k] * scale))
+    }
+}
+
+/// The least of three shares.
+#[inline]
+fn least(three: &[(u32, f64); 3]) -> f64 {
+    three[0].1.min(three[1].1).min(three[2].1)
+}
 
 impl GeodesicDual {
     /// That of a geodesic.
     pub fn new(geodesic: &Geodesic) -> Self {
-        let triangles = geodesic.triangles();
-        let mut rings = vec![[NONE; 6]; geodesic.vertices().len()];
-        for (first, triangle) in (0..).zip(triangles) {
-            for vertex in triangle {
-                let ring = &mut rings[*vertex as usize];
-                if ring[0] != NONE {
-                    continue;
+        let middles: Vec<DVec3> = (0..geodesic.triangles().len() as u32)
+            .map(|triangle| geodesic.middle(triangle))
+            .collect();
+        let f = geodesic.frequency();
+        let mut polygons = Vec::new();
+        let mut known = vec![None; geodesic.vertices().len()];
+        let mut borders = vec![0; 60 * f as usize];
+        for (triangle, corners) in (0..).zip(geodesic.triangles()) {
+            let face = triangle / (f * f);
+            for (vertex, weights) in corners.iter().zip(geodesic.weights(triangle)) {
+                if weights.contains(&0) {
+                    let polygon = *known[*vertex as usize].get_or_insert_with(|| {
+                        polygons.push(Polygon::new(geodesic, &middles, *vertex, triangle));
+                        polygons.len() as u32 - 1
+                    });
+                    borders[border(f, face, weights)] = polygon;
                 }
-                let mut next = first;
-                for place in ring {
-                    *place = next;
-                    // Across the edge from the vertex to the corner before it.
-                    let corners = triangles[next as usize];
-                    let corner = corners.iter().position(|corner| corner == vertex);
-                    next = geodesic.neighbours(next)[(corner.unwrap_or(0) + 1) % 3];
-                    if next == first {
-                        break;
-                    }
+            }
+        }
+        for corners in geodesic.triangles() {
+            for [own, other] in [[0, 1], [1, 2], [2, 0]] {
+                let [own, other] = [own, other].map(|k: usize| known[corners[k] as usize]);
+                if let (Some(own), Some(other)) = (own, other) {
+                    polygons[own as usize].beside.push(other);
                 }
             }
         }
         Self {
-            middles: (0..triangles.len() as u32)
-                .map(|triangle| geodesic.middle(triangle))
-                .collect(),
-            rings,
+            middles,
+            lattice: GeodesicLattice::new(geodesic),
+            polygons,
+            borders,
         }
     }
 
@@ -78,75 +143,69 @@ impl GeodesicDual {
         &self.middles
     }
 
-    /// The three triangles of a geodesic between whose middles a direction lies, with their shares: these sum
-    /// to 1, and none is negative. The direction may have any length but 0.
+    /// The three triangles of the geodesic between whose middles a direction lies, with their shares: these
+    /// sum to 1, and none is negative. The direction may have any length but 0.
     #[inline]
-    pub fn between(&self, geodesic: &Geodesic, direction: DVec3) -> [(u32, f64); 3] {
-        let place = geodesic.place(direction);
-        let [a, b, c] = place.weights;
-        // As good as random, as all that follows: chosen without branches.
-        let corner = usize::from(!(a >= b && a >= c)) * (1 + usize::from(b < c));
-        // The nearest vertex is that of the polygon, but for directions close to the polygon's border.
-        let nearest = geodesic.triangles()[place.triangle as usize][corner];
-        let found = self.around(nearest, place.triangle, direction);
-        if found.iter().all(|(_, share)| *share >= 0.0) {
+    pub fn between(&self, direction: DVec3) -> [(u32, f64); 3] {
+        let face = self.lattice.face(direction);
+        let found = self
+            .lattice
+            .between(face, self.lattice.weights(face) * direction);
+        found.unwrap_or_else(|border| self.around(border, direction))
+    }
+
+    /// The maps from directions that are still to be turned to their weights by the corners of each face of
+    /// the icosahedron, for [`between_turned`](Self::between_turned).
+    pub fn turned(&self, turn: DMat3) -> [DMat3; 20] {
+        std::array::from_fn(|face| self.lattice.weights(face as u32) * turn)
+    }
+
+    /// As [`between`](Self::between), for a direction that is still to be turned. `face` is that of a
+    /// direction near to it, and becomes its own: results do not depend on it.
+    #[inline]
+    pub fn between_turned(
+        &self,
+        (turn, turned): (&DMat3, &[DMat3; 20]),
+        direction: DVec3,
+        face: &mut u32,
+    ) -> [(u32, f64); 3] {
+        let mut weights = turned[*face as usize] * direction;
+        if !(weights.x >= 0.0 && weights.y >= 0.0 && weights.z >= 0.0) {
+            *face = self.lattice.face(*turn * direction);
+            weights = turned[*face as usize] * direction;
+        }
+        let found = self.lattice.between(*face, weights);
+        found.unwrap_or_else(|border| self.around(border, *turn * direction))
+    }
+
+    /// As [`between`](Self::between), in the polygon around a vertex on an edge of the icosahedron.
+    #[inline(never)]
+    fn around(&self, border: usize, direction: DVec3) -> [(u32, f64); 3] {
+        let polygon = &self.polygons[self.borders[border] as usize];
+        let found = polygon.between(direction);
+        if least(&found) >= 0.0 {
             return found;
         }
-        let vertex = self.vertex(geodesic, place.triangle, direction);
-        let found = self.around(vertex, place.triangle, direction);
-        let held = found.map(|(triangle, share)| (triangle, share.max(0.0)));
-        let sum: f64 = held.iter().map(|(_, share)| share).sum();
-        held.map(|(triangle, share)| (triangle, share / sum))
+        self.beside(polygon, direction)
     }
 
-    /// The triangle of a vertex's polygon that holds a direction, which lies in one of the geodesic's own;
-    /// its shares are negative if the polygon does not hold it.
-    #[inline]
-    fn around(&self, vertex: u32, triangle: u32, direction: DVec3) -> [(u32, f64); 3] {
-        let ring = &self.rings[vertex as usize];
-        let is_pentagon = ring[5] == NONE;
-        let at: usize = (0..6).map(|k| k * usize::from(ring[k] == triangle)).sum();
-        let inner = [ring[0], ring[2], ring[4]];
-        let [a, b, c] = inner.map(|triangle| self.middle(triangle));
-        // The edges of the inner triangle, and on which side of each the direction is: ears lie beyond them.
-        let [ab, bc, ca] = [a.cross(b), b.cross(c), c.cross(a)].map(|line| line.dot(direction));
-        // Only ears that touch the geodesic's triangle can hold it.
-        let touching = EARS[usize::from(is_pentagon)][at];
-        let beyond =
-            usize::from(ab < 0.0) | usize::from(bc < 0.0) << 1 | usize::from(ca < 0.0) << 2;
-        let is_ear = touching & beyond != 0;
-        let ear = FIRST_EAR[at][touching & beyond];
-        let next = (ear + 1) % 3;
-        let tip = ring[2 * ear + 1];
-        let middle = self.middle(if is_ear { tip } else { ring[0] });
-        let ends = [[a, b], [b, c], [c, a]][ear];
-        let line = [ab, bc, ca][ear];
-        let of_ear = [
-            middle.cross(ends[1]).dot(direction),
-            -line,
-            ends[0].cross(middle).dot(direction),
-        ];
-        let in_ear = [inner[ear], tip, inner[next]];
-        let of_inner = [bc, ca, ab];
-        let shares: [f64; 3] =
-            std::array::from_fn(|k| if is_ear { of_ear[k] } else { of_inner[k] });
-        let sum: f64 = shares.iter().sum();
-        std::array::from_fn(|k| {
-            let triangle = if is_ear { in_ear[k] } else { inner[k] };
-            (triangle, shares[k] / sum)
-        })
-    }
-
-    /// The vertex in whose polygon a direction lies, which lies in some triangle of the geodesic.
-    fn vertex(&self, geodesic: &Geodesic, triangle: u32, direction: DVec3) -> u32 {
-        let middle = self.middle(triangle);
-        // On which side of the lines from the triangle's middle to its neighbours'. Around it follow one
-        // another corner 0, the neighbour across the edge from 0 to 1, corner 1, and so on.
-        let sides = geodesic
-            .neighbours(triangle)
-            .map(|neighbour| middle.cross(self.middle(neighbour)).dot(direction));
-        let corner = (0..3).find(|k| sides[(k + 1) % 3] >= 0.0 && sides[(k + 2) % 3] < 0.0);
-        geodesic.triangles()[triangle as usize][corner.unwrap_or(0)]
+    /// As [`between`](Self::between), in one of the polygons beside one that seems not to hold the direction.
+    /// On an edge of the icosahedron the border of two polygons is no mean of their vertices.
+    #[inline(never)]
+    fn beside(&self, polygon: &Polygon, direction: DVec3) -> [(u32, f64); 3] {
+        let mut best = polygon.between(direction);
+        for number in &polygon.beside {
+            let found = self.polygons[*number as usize].between(direction);
+            // Of the far side of the sphere shares are of no triangle.
+            let is_near = self.middle(found[0].0).dot(direction) > 0.0;
+            if is_near && least(&found) > least(&best) {
+                best = found;
+            }
+        }
+        // Rounding may leave a hair less than 0 on a border.
+        let held = best.map(|(triangle, share)| (triangle, share.max(0.0)));
+        let scale = 1.0 / (held[0].1 + held[1].1 + held[2].1);
+        held.map(|(triangle, share)| (triangle, share * scale))
     }
 }
 
@@ -154,6 +213,7 @@ impl GeodesicDual {
 mod tests {
     use super::*;
     use crate::numeric::math;
+    use crate::numeric::rotation;
     use crate::numeric::{Stream, StreamKind};
 
     fn directions(count: u64) -> impl Iterator<Item = DVec3> {
@@ -172,8 +232,8 @@ mod tests {
         f64::from(triangle.wrapping_mul(0x9e37_79b9) >> 16) / 65536.0
     }
 
-    fn interpolated(dual: &GeodesicDual, geodesic: &Geodesic, direction: DVec3) -> f64 {
-        let three = dual.between(geodesic, direction);
+    fn interpolated(dual: &GeodesicDual, direction: DVec3) -> f64 {
+        let three = dual.between(direction);
         three
             .iter()
             .map(|(triangle, share)| value(*triangle) * share)
@@ -196,9 +256,9 @@ mod tests {
                 let on_edge = a * part + b * (1.0 - part);
                 for place in [direction, on_edge.normalize()] {
                     let [x, y] = <[DVec3; 2]>::from(place.any_orthonormal_pair());
-                    let own = interpolated(&dual, &geodesic, place);
+                    let own = interpolated(&dual, place);
                     for aside in [x, -x, y, -y] {
-                        let other = interpolated(&dual, &geodesic, place + aside * step);
+                        let other = interpolated(&dual, place + aside * step);
                         assert!(
                             (own - other).abs() < 10.0 * f64::from(frequency) * step,
                             "{frequency} {index}: {own} {other}"
@@ -210,16 +270,68 @@ mod tests {
     }
 
     #[test]
+    fn places_far_from_the_edges_of_the_icosahedron_and_near_have_shares_of_the_one_triangle_that_holds_them()
+     {
+        for frequency in [1, 2, 3, 8] {
+            let geodesic = Geodesic::new(frequency);
+            let dual = GeodesicDual::new(&geodesic);
+            // All polygons, those far from edges too.
+            let mut polygons = Vec::new();
+            let mut known = vec![false; geodesic.vertices().len()];
+            for (triangle, corners) in (0..).zip(geodesic.triangles()) {
+                for vertex in corners {
+                    if !std::mem::replace(&mut known[*vertex as usize], true) {
+                        polygons.push(Polygon::new(&geodesic, &dual.middles, *vertex, triangle));
+                    }
+                }
+            }
+            for (index, direction) in directions(3000).enumerate() {
+                let holding = polygons.iter().map(|polygon| polygon.between(direction));
+                let holding = holding.filter(|three| {
+                    dual.middle(three[0].0).dot(direction) > 0.0 && least(three) >= -1e-14
+                });
+                let found = interpolated(&dual, direction);
+                let mut count = 0;
+                for three in holding {
+                    let expected: f64 = three.iter().map(|(n, share)| value(*n) * share).sum();
+                    assert!(
+                        (found - expected).abs() < 1e-10,
+                        "{frequency} {index}: {three:?}"
+                    );
+                    count += 1;
+                }
+                assert!(count > 0, "{frequency} {index}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_direction_still_to_be_turned_has_the_shares_of_the_turned_one_by_any_face() {
+        let dual = GeodesicDual::new(&Geodesic::new(8));
+        let turn = rotation::about(DVec3::new(0.6, 0.0, 0.8), 1.0);
+        let turned = dual.turned(turn);
+        for (index, direction) in directions(5000).enumerate() {
+            let mut face = index as u32 % 20;
+            let found = dual.between_turned((&turn, &turned), direction, &mut face);
+            let expected = dual.between(turn * direction);
+            let sum = |three: [(u32, f64); 3]| -> f64 {
+                three.iter().map(|(n, share)| value(*n) * share).sum()
+            };
+            assert!((sum(found) - sum(expected)).abs() < 1e-12, "{index}");
+        }
+    }
+
+    #[test]
     fn a_middle_has_its_own_value_and_shares_sum_to_one() {
         for frequency in [1, 3, 8] {
             let geodesic = Geodesic::new(frequency);
             let dual = GeodesicDual::new(&geodesic);
             for triangle in 0..geodesic.triangles().len() as u32 {
-                let found = interpolated(&dual, &geodesic, dual.middle(triangle));
+                let found = interpolated(&dual, dual.middle(triangle));
                 assert!((found - value(triangle)).abs() < 1e-12, "{triangle}");
             }
             for direction in directions(1000) {
-                let three = dual.between(&geodesic, direction);
+                let three = dual.between(direction);
                 let sum: f64 = three.iter().map(|(_, share)| share).sum();
                 assert!((sum - 1.0).abs() < 1e-12);
             }
@@ -231,7 +343,7 @@ mod tests {
         let geodesic = Geodesic::new(16);
         let dual = GeodesicDual::new(&geodesic);
         for direction in directions(2000) {
-            let three = dual.between(&geodesic, direction);
+            let three = dual.between(direction);
             let found: DVec3 = three
                 .iter()
                 .map(|(triangle, share)| dual.middle(*triangle) * *share)

@@ -6,6 +6,7 @@ mod counters;
 mod frame;
 mod geodesic;
 mod geodesic_dual;
+mod geodesic_lattice;
 mod hull;
 mod icosahedron;
 mod local;

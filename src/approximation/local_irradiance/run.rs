@@ -97,9 +97,10 @@ impl<'a> Run<'a> {
         let mut lights = Vec::new();
         for index in 0..scenery.objects.len() {
             for source in &sources {
-                let object = &scenery.objects[index].0;
-                if let Some(light) = SeenLight::new(source, object.center, settings) {
-                    scenery.parts.push(part(&samples, index, object, light));
+                let object = &scenery.objects[index];
+                if let Some(light) = SeenLight::new(source, object.0.center, settings) {
+                    let part = part(&samples, index, object, light, settings.interpolation);
+                    scenery.parts.push(part);
                     lights.push(source);
                 }
             }

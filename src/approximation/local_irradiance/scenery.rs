@@ -2,19 +2,23 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DMat3, DVec3};
 
+use super::cells::Cells;
 use super::chunk::Key;
 use super::crossing::faded;
 use super::directions::{Blended, Samples};
 use super::lamp::SeenLight;
 use super::layout::Layout;
+use super::leg::Stencil;
 use super::object::SpecularObject;
 use super::settings::Settings;
+use super::shells::Shells;
 use super::shoot::Tally;
 use super::table::Table;
-use super::variants::{Normal, Region};
+use super::variants::{Interpolation, Normal, Region};
 use super::work::Work;
 use crate::approximation::{SensorPoint, TableAccount};
 use crate::radiometry::Rgb;
@@ -53,6 +57,8 @@ pub struct Part {
     pub blended: Vec<(Blended, DMat3)>,
     /// Their tables: none if space is exact.
     pub tables: Vec<Arc<Table>>,
+    /// By sample: how places are found on shells, if values are between those of cells.
+    pub turned: Vec<Turned>,
     /// Harmonics of the light's direction, if a table has those.
     pub row: Vec<f64>,
     /// What became of photons, by the light's own irradiance.
@@ -114,15 +120,65 @@ impl Part {
         work.queries += 1;
         let mut sum = Rgb::BLACK;
         let away = held(layout, away);
-        for ((blended, map), table) in self.blended.iter().zip(&self.tables) {
+        let shells = match &layout.cells {
+            Some(Cells::Shells(shells)) if !self.turned.is_empty() => {
+                Some((shells, shells.between(distance.min(layout.radius))))
+            }
+            _ => None,
+        };
+        let samples = self.blended.iter().zip(&self.tables).enumerate();
+        for (number, ((blended, map), table)) in samples {
             let place = *map * away;
             let normal = match settings.normal {
                 Normal::Exact | Normal::Vector => *map * point.normal,
                 Normal::Fixed => DVec3::ZERO,
             };
-            sum += layout.read(settings, table, [place, normal], &self.row, work) * blended.weight;
+            let at = [place, normal];
+            let value = if let Some((shells, layers)) = shells {
+                let stencil = || self.turned[number].stencil(shells, map, away, layers);
+                layout.read_at(settings, table, at, &stencil, &self.row, work)
+            } else {
+                layout.read(settings, table, at, &self.row, work)
+            };
+            sum += value * blended.weight;
         }
         sum * self.light.irradiance * factor
+    }
+}
+
+/// How places of the world are found on the shells of a sample.
+pub struct Turned {
+    /// Weights by the corners of each face, of directions in the world.
+    weights: Box<[DMat3; 20]>,
+    /// The face on which the last place was: most often that of the next one. Results do not depend on it.
+    face: AtomicU32,
+}
+
+impl Turned {
+    fn new(shells: &Shells, map: DMat3) -> Self {
+        Self {
+            weights: Box::new(shells.dual().turned(map)),
+            face: AtomicU32::new(0),
+        }
+    }
+
+    /// The cells around a place that the map takes to the sample's own axes.
+    #[inline]
+    fn stencil(
+        &self,
+        shells: &Shells,
+        map: &DMat3,
+        place: DVec3,
+        layers: ([usize; 2], f64),
+    ) -> Stencil {
+        let last = self.face.load(Ordering::Relaxed);
+        let mut face = last;
+        let turn = (map, &*self.weights);
+        let three = shells.dual().between_turned(turn, place, &mut face);
+        if face != last {
+            self.face.store(face, Ordering::Relaxed);
+        }
+        shells.stencil(three, layers)
     }
 }
 
@@ -137,16 +193,31 @@ pub fn held(layout: &Layout, place: DVec3) -> DVec3 {
     }
 }
 
-pub fn part(samples: &Samples, index: usize, object: &SpecularObject, light: SeenLight) -> Part {
+pub fn part(
+    samples: &Samples,
+    index: usize,
+    (object, layout): &(SpecularObject, Layout),
+    light: SeenLight,
+    interpolation: Interpolation,
+) -> Part {
     let towards = object.to_own(light.towards).normalize();
     let back = object.turn.transpose();
     let blended = samples.blend(towards).into_iter();
+    let blended: Vec<(Blended, DMat3)> = blended.map(|one| (one, one.turn * back)).collect();
+    let turned = match (&layout.cells, interpolation) {
+        (Some(Cells::Shells(shells)), Interpolation::Linear) => {
+            let maps = blended.iter();
+            maps.map(|(_, map)| Turned::new(shells, *map)).collect()
+        }
+        _ => Vec::new(),
+    };
     Part {
         object: index,
         light,
         towards,
-        blended: blended.map(|one| (one, one.turn * back)).collect(),
+        blended,
         tables: Vec::new(),
+        turned,
         row: Vec::new(),
         tally: Tally::default(),
     }

@@ -170,6 +170,9 @@ impl Shells {
         /// Shells of which each is looked at: a search among them has branches that nothing foretells.
         const FEW: usize = 16;
         let is_within = |middle: &f64| *middle <= radius;
+        if self.halfway.last().is_some_and(is_within) {
+            return ([self.halfway.len() - 1; 2], 0.0);
+        }
         let outer = if self.halfway.len() <= FEW {
             self.halfway
                 .iter()
@@ -181,9 +184,6 @@ impl Shells {
         if outer == 0 {
             return ([0; 2], 0.0);
         }
-        if outer == self.halfway.len() {
-            return ([outer - 1; 2], 0.0);
-        }
         let (a, b) = (self.halfway[outer - 1], self.halfway[outer]);
         ([outer - 1, outer], (radius - a) / (b - a))
     }
@@ -192,8 +192,16 @@ impl Shells {
     /// is.
     #[inline]
     pub fn linear(&self, place: DVec3) -> Stencil {
-        let three = self.dual.between(&self.geodesic, place);
-        let ([inner, outer], part) = self.between(place.length());
+        self.stencil(self.dual.between(place), self.between(place.length()))
+    }
+
+    /// The cells of three triangles on two shells, or on one, by their shares.
+    #[inline]
+    pub fn stencil(
+        &self,
+        three: [(u32, f64); 3],
+        ([inner, outer], part): ([usize; 2], f64),
+    ) -> Stencil {
         if outer == inner {
             let mut stencil = Stencil::default();
             for (triangle, share) in three {
@@ -207,6 +215,11 @@ impl Shells {
             let (layer, part) = [(inner, 1.0 - part), (outer, part)][k % 2];
             (self.index(layer, triangle), share * part)
         })
+    }
+
+    /// The triangles of a shell by the places of their middles.
+    pub fn dual(&self) -> &GeodesicDual {
+        &self.dual
     }
 }
 

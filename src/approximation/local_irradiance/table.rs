@@ -149,15 +149,30 @@ impl Layout {
         row: &[f64],
         work: &mut Work,
     ) -> Rgb {
+        let stencil = || self.stencil(settings, place);
+        self.read_at(settings, table, [place, normal], &stencil, row, work)
+    }
+
+    /// As [`read`](Self::read), with the cells around the place by a function.
+    #[inline]
+    pub fn read_at(
+        &self,
+        settings: &Settings,
+        table: &Table,
+        [place, normal]: [DVec3; 2],
+        stencil: &impl Fn() -> Stencil,
+        row: &[f64],
+        work: &mut Work,
+    ) -> Rgb {
         let mut sum = Rgb::BLACK;
         match &table.form {
             Form::Cells(stored) => {
-                let stencil = self.stencil(settings, place);
+                let stencil = stencil();
                 sum = stored.sum(stencil.iter().map(|(cell, weight)| (cell as usize, weight)));
                 count(work, stencil.cells().len(), stored);
             }
             Form::Vectors(stored) => {
-                let stencil = self.stencil(settings, place);
+                let stencil = stencil();
                 // V, from where E = −N·V on a surface that light meets from one side.
                 for (axis, towards) in [-normal.x, -normal.y, -normal.z].into_iter().enumerate() {
                     let parts = stencil.iter();
@@ -168,7 +183,7 @@ impl Layout {
                 count(work, 3 * stencil.cells().len(), stored);
             }
             Form::Trees { trees, leaves } => {
-                let stencil = self.stencil(settings, place);
+                let stencil = stencil();
                 sum = leaves.sum(stencil.iter().map(|(cell, weight)| {
                     let (root, path) = self.path(cell);
                     let (leaf, nodes) = trees.leaf(root, path);
@@ -184,7 +199,7 @@ impl Layout {
                 }
             }
             Form::Reads(reads, stored) => {
-                let stencil = self.stencil(settings, place);
+                let stencil = stencil();
                 sum = stored.sum(
                     stencil
                         .iter()
@@ -193,7 +208,7 @@ impl Layout {
                 count(work, stencil.cells().len(), stored);
             }
             Form::Harmonics(stored) => {
-                let stencil = self.stencil(settings, place);
+                let stencil = stencil();
                 sum = stored.sum(stencil.iter().flat_map(|(cell, weight)| {
                     let first = cell as usize * row.len();
                     (first..).zip(row.iter().map(move |harmonic| weight * harmonic))
