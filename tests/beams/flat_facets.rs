@@ -15,12 +15,12 @@ use nephroid::internals::reference::closed_form::{
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::{LayerName, Progress};
 use nephroid::internals::scene::{Crop, Scene, SensorKind};
-use nephroid::internals::transport::facets::path::{FacetLight, FacetPaths};
+use nephroid::internals::transport::facets::path::{FacetChain, FacetLight, FacetPaths};
 use nephroid::internals::transport::facets::table::Facets;
 use nephroid::internals::transport::first_surface::Source;
 use nephroid::internals::transport::receiver::Receiver;
 use nephroid::internals::transport::scatter::ShadingNormals;
-use nephroid::internals::transport::signature::{MAX_EVENTS, Signature};
+use nephroid::internals::transport::signature::{Event, MAX_EVENTS, Signature};
 
 use crate::support::scenes::over_floor;
 
@@ -205,17 +205,15 @@ fn light_on_a_long_chain_remembers_its_first_event() {
     let folder = tempfile::TempDir::new().unwrap();
     let scene = over_floor(folder.path(), &things, 4);
     let (source, facets) = (Source::all(&scene)[0], Facets::new(&scene));
-    let signature: Signature = format!("L{}D", "R".repeat(MAX_EVENTS)).parse().unwrap();
-    let paths = FacetPaths::new(&scene, &source, &facets, signature, ShadingNormals::Flux);
+    let paths = FacetPaths::new(&scene, &source, &facets, ShadingNormals::Flux);
     let facet = |shape| facets.of(shape, 0).unwrap();
-    let chain: Vec<u32> = std::iter::once(facet(0))
-        .chain([facet(1), facet(2)].into_iter().cycle())
-        .take(MAX_EVENTS)
-        .collect();
+    let mut met = std::iter::once(facet(0)).chain([facet(1), facet(2)].into_iter().cycle());
+    let mut chain = FacetChain::to(facet(0));
     for events in 1..=MAX_EVENTS {
+        chain.push(met.next().unwrap(), Event::Reflection);
         // At 0.2, 0.4, 2 and 4 from the axis and 1 above the lamp; total reflection begins at 0.89.
         let [near, also_near, oblique, also_oblique] = [0.51, 0.52, 0.6, 0.7].map(|u| {
-            let light: FacetLight<1> = paths.follow(&chain, events, DVec2::new(u, 0.5));
+            let light: FacetLight<1> = paths.follow(&chain, DVec2::new(u, 0.5));
             assert!(light.is_on_its_way());
             light
         });
