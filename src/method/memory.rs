@@ -93,8 +93,8 @@ pub(super) fn photon_maps(layers: u64, lit: u64, part: f64) -> u64 {
 /// threshold (`M_MMAP_THRESHOLD`). Larger ones are new from the system, and back to it.
 const RECYCLED: u64 = 32 << 20;
 
-/// Beams on a film of so many texels.
-pub(super) fn beams(channels: u64, layers: Layers, texels: u64) -> u64 {
+/// Beams on a film of so many texels. So many films of signatures are filled together.
+pub(super) fn beams(channels: u64, layers: Layers, texels: u64, together: u64) -> u64 {
     /// Flux and bar; a variance (see `Sums`).
     const SUMS: u64 = 2 * TRIPLE + 8;
     // One signature's exact sums (three kinds by channel, and on coarser levels a third as many) and
@@ -105,7 +105,8 @@ pub(super) fn beams(channels: u64, layers: Layers, texels: u64) -> u64 {
     let reading = bounded + SUMS.max(8 * (4 * channels + 1));
     // A layer stays until it is made anew. That of the others is the sum of its signatures: of it there are
     // the last pass's sums, and the sum so far beside the next signature's. Direct light.
-    let tracing = (layers.count() + u64::from(layers.has_others)) * SUMS + film + reading + PAIR;
+    let tracing =
+        (layers.count() + u64::from(layers.has_others)) * SUMS + together * film + reading + PAIR;
     // Then all layers, `LD` too, and their total: the sums of each go as it comes. The first layer comes
     // beside the sums of all, the last one beside its own. A bound on light that is not followed.
     let first = layers.count() * SUMS + 3 * BOUNDED;
@@ -171,7 +172,7 @@ pub(super) fn full(followed: &[Part], classes: u64, is_in_one: bool, texels: u64
         // What the run takes; and what stays of it: its class and its total, counts. Standard errors of beams
         // are zero, in memory that nobody touches. Of photon maps the bias stays, too.
         let (run, stays) = match part {
-            Part::Beams => (beams(3, all, texels), 2 * BOUNDED + 8),
+            Part::Beams => (beams(3, all, texels, 1), 2 * BOUNDED + 8),
             Part::Photons => (photons(3, all), 2 * LAYER + 8),
             Part::PhotonMap => (photon_maps(1, 1, 1.0), 2 * LAYER + 8 + PAIR),
         };
@@ -220,8 +221,8 @@ mod tests {
     #[test]
     fn beams_take_their_sums_and_a_film() {
         // 56 bytes a texel in each of the nine sums, and of the one under way; 12 and 4 integers.
-        assert!(beams(3, Layers::most(8), 1) > 10 * 56 + 8 * (12 + 4));
-        assert!(beams(1, Layers::most(8), 1) > 10 * 56 + 8 * (4 + 2));
+        assert!(beams(3, Layers::most(8), 1, 1) > 10 * 56 + 8 * (12 + 4));
+        assert!(beams(1, Layers::most(8), 1, 1) > 10 * 56 + 8 * (4 + 2));
     }
 
     #[test]
@@ -232,7 +233,7 @@ mod tests {
         };
         for named in 0..8 {
             assert!(photons(1, of(named)) < photons(1, of(named + 1)));
-            assert!(beams(1, of(named), 1) < beams(1, of(named + 1), 1));
+            assert!(beams(1, of(named), 1, 1) < beams(1, of(named + 1), 1, 1));
             assert!(path(named, true) < path(named + 1, true));
             assert!(photon_maps(named, named, 0.0) < photon_maps(named + 1, named + 1, 0.0));
         }

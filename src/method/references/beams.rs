@@ -46,12 +46,13 @@ const ABOUT: About = About {
     is_of_cameras: false,
 };
 
-/// Memory \[bytes\] of beams with these layers, with `LD` on a receiver, of signatures of so many events.
-fn bytes(scene: &Scene, sensor: &Sensor, layers: Layers, events: u64) -> u64 {
+/// Memory \[bytes\] of beams with these layers, with `LD` on a receiver, of signatures of so many events, so
+/// many of them at once.
+fn bytes(scene: &Scene, sensor: &Sensor, layers: Layers, events: u64, together: u64) -> u64 {
     let channels = channels(scene, sensor);
     let film = memory::film(
         sensor,
-        memory::beams(channels, layers, memory::texels(sensor)),
+        memory::beams(channels, layers, memory::texels(sensor), together),
     );
     let run = film.saturating_add(memory::beam_scratch(channels, events));
     memory::with_files(run, sensor, layers.count() + 2, memory::BOUNDS)
@@ -70,7 +71,8 @@ impl Reference for Beams {
         let settings = settings(values);
         let layers = Layers::most(settings.max_layers as u64);
         Cost {
-            bytes: bytes(scene, sensor, layers, u64::from(settings.max_depth)),
+            // What is shared by flat facets is not known before a pilot.
+            bytes: bytes(scene, sensor, layers, u64::from(settings.max_depth), 1),
             work: Vec::new(),
         }
     }
@@ -89,7 +91,14 @@ impl Reference for Beams {
             named: divided.named as u64,
             has_others: divided.has_others,
         };
-        Ok(bytes(scene, sensor, layers, divided.events as u64))
+        let together = divided.together as u64;
+        Ok(bytes(
+            scene,
+            sensor,
+            layers,
+            divided.events as u64,
+            together,
+        ))
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {

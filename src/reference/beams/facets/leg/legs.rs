@@ -272,7 +272,7 @@ impl<'f> Legs<'f> {
             shared = Some(last);
             let [a, b, c] = [0, index, next].map(|corner| self.lines[corner]);
             let six = [a, b, c, far, last, first];
-            bulges = wider(bulges, six.map(|one| [one.ray.origin, one.end]));
+            bulges = wider(bulges, &six.map(|one| [one.ray.origin, one.end]));
         }
         self.hull(bulges);
         Some(())
@@ -349,7 +349,7 @@ impl<'f> Legs<'f> {
                 return None;
             }
             self.lines.extend(found[3..].iter().map(|(line, _)| *line));
-            bulges = wider(bulges, found.map(|(line, _)| [line.ray.origin, line.end]));
+            bulges = wider(bulges, &found.map(|(line, _)| [line.ray.origin, line.end]));
         }
         self.hull(bulges);
         Some(())
@@ -364,6 +364,6 @@ impl<'f> Legs<'f> {
 }
 
 /// The bulges at both ends of a leg, or those of a triangle of its light where they are larger.
-fn wider(bulges: [f64; 2], triangle: [[DVec3; 2]; 6]) -> [f64; 2] {
+fn wider(bulges: [f64; 2], triangle: &[[DVec3; 2]; 6]) -> [f64; 2] {
     std::array::from_fn(|end| bulges[end].max(bulge(&triangle.map(|line| line[end]))))
 }
