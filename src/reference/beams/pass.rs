@@ -348,8 +348,8 @@ mod tests {
     const LAMP: &str =
         r#"<emitter type="point"><point name="position" x="0.4" y="0.3" z="2.5"/></emitter>"#;
 
-    /// Layers of some signatures of a shipped scene, each with its tolerance \[W\]: all together, or each alone.
-    /// The light is the scene's, or another one.
+    /// Layers of some signatures of a shipped scene, each with its tolerance \[W\]: all together, or each
+    /// alone. The light is the scene's, or another one.
     fn layers(
         scene: &str,
         lamp: Option<&str>,
@@ -440,9 +440,9 @@ mod tests {
 
     #[test]
     fn shared_polygons_are_followed_once() {
-        // On the leg after its events each signature has polygons of its own. Before it, `LTRⁿTD` for n of 0 to
-        // 4 have 1, 2, 3, 4 and 5 legs in glass, of which all but the last one's are shared: of 15, 5 are left.
-        // The polygons of later legs are more, so that the ratio is less far from one.
+        // Each has polygons of its own on the leg after its last event. `LTRⁿTD` for n of 0 to 4 have 1 to 5
+        // legs in glass before that one, all but the last shared: of 15, 5 are left. Later legs have more
+        // polygons than earlier ones, so that the ratio is less far from one.
         let names = ["LTTD", "LTRTD", "LTRRTD", "LTRRRTD", "LTRRRRTD"];
         let [together, alone] = [true, false].map(|together| {
             rays(&layers(

@@ -4,6 +4,7 @@ mod cut;
 mod divide;
 mod followed;
 mod refiner;
+mod sharing;
 mod stop;
 mod stopper;
 mod view;
