@@ -12,7 +12,8 @@ use crate::transport::signature::Signature;
 
 /// Value and variance, or irradiance and standard error: two triples.
 const PAIR: u64 = 2 * TRIPLE;
-/// Value and bounds. The standard errors of a bounded layer are zero, in memory that nobody touches.
+/// Value and bounds. The standard errors of a bounded layer are zero, in memory that nobody touches if it is
+/// new.
 const BOUNDED: u64 = 3 * TRIPLE;
 
 /// Bytes of a sensor's film, from those of a texel.
@@ -111,14 +112,18 @@ pub(super) fn beams(channels: u64, layers: Layers, texels: u64, together: u64) -
     // beside the sums of all, the last one beside its own. A bound on light that is not followed.
     let first = layers.count() * SUMS + 3 * BOUNDED;
     let last = SUMS + (layers.count() + 2) * BOUNDED;
-    // Standard errors are zero. New memory is zero untouched; that in which a film was is cleared for them.
-    let cleared = if texels.saturating_mul(TRIPLE) < RECYCLED {
-        ((layers.count() + 2) * TRIPLE).min(film + reading)
+    let last = last + cleared(layers.count() + 2, texels).min(film + reading);
+    tracing.max(first.max(last) + PAIR + 8)
+}
+
+/// Memory a texel of the standard errors of so many layers by beams, which are zero: new memory is zero
+/// untouched, and that in which a film was is cleared for them.
+fn cleared(layers: u64, texels: u64) -> u64 {
+    if texels.saturating_mul(TRIPLE) < RECYCLED {
+        layers * TRIPLE
     } else {
         0
-    };
-    let last = last + cleared;
-    tracing.max(first.max(last) + PAIR + 8)
+    }
 }
 
 /// Memory that beams work in \[bytes\], for signatures of at most so many events.
@@ -161,18 +166,27 @@ pub(super) enum Part {
     PhotonMap,
 }
 
-/// All methods, one after the other: of the parts that are followed from emitters, and of so many classes by
-/// paths.
-pub(super) fn full(followed: &[Part], classes: u64, is_in_one: bool, texels: u64) -> u64 {
+/// All methods, one after the other: of the parts that are followed from emitters, by beams so many signatures
+/// at once, and of so many classes by paths.
+pub(super) fn full(
+    followed: &[Part],
+    together: u64,
+    classes: u64,
+    is_in_one: bool,
+    texels: u64,
+) -> u64 {
     // Value, standard error and bounds.
     const LAYER: u64 = 2 * PAIR;
     let all = Layers::most(0);
     let (mut kept, mut most) = (0, 0);
     for part in followed {
-        // What the run takes; and what stays of it: its class and its total, counts. Standard errors of beams
-        // are zero, in memory that nobody touches. Of photon maps the bias stays, too.
+        // What the run takes; and what stays of it: its class and its total, counts. Of photon maps the bias
+        // stays, too.
         let (run, stays) = match part {
-            Part::Beams => (beams(3, all, texels, 1), 2 * BOUNDED + 8),
+            Part::Beams => (
+                beams(3, all, texels, together),
+                2 * BOUNDED + cleared(2, texels) + 8,
+            ),
             Part::Photons => (photons(3, all), 2 * LAYER + 8),
             Part::PhotonMap => (photon_maps(1, 1, 1.0), 2 * LAYER + 8 + PAIR),
         };
@@ -239,7 +253,8 @@ mod tests {
         }
         assert!(path(2, true) < path(2, false));
         assert!(
-            full(&[Part::Beams], 2, true, 1) < full(&[Part::Beams, Part::PhotonMap], 2, true, 1)
+            full(&[Part::Beams], 1, 2, true, 1)
+                < full(&[Part::Beams, Part::PhotonMap], 1, 2, true, 1)
         );
     }
 }

@@ -59,8 +59,9 @@ struct Found {
     classes: u64,
     /// Surfaces on which a photon of a map is kept.
     kept: f64,
-    /// Events of the longest signature that beams follow.
+    /// Events of the longest signature that beams follow, and the most signatures that they follow at once.
     events: u64,
+    together: u64,
 }
 
 /// Memory \[bytes\] of a plan; without one, of the largest.
@@ -88,7 +89,13 @@ fn bytes(
     let is_in_one = path::is_in_one(values);
     let film = memory::film(
         sensor,
-        memory::full(&followed, of_paths, is_in_one, memory::texels(sensor)),
+        memory::full(
+            &followed,
+            found.together,
+            of_paths,
+            is_in_one,
+            memory::texels(sensor),
+        ),
     );
     let mut beside = memory::path_tiles(of_paths, memory::texels(sensor));
     // Methods run one after the other, but what the threads of one have freed stays with them.
@@ -137,6 +144,8 @@ impl Reference for Full {
             classes: of_paths,
             kept: photon_map::MOST_KEPT,
             events: u64::from(settings.beams.max_depth),
+            // What is shared by flat facets is not known before a pilot.
+            together: 1,
         };
         Cost {
             bytes: bytes(plan.as_ref(), sensor, values, &settings, &most),
@@ -162,18 +171,20 @@ impl Reference for Full {
         } else {
             0.0
         };
-        let events = if is_by(Finder::Beams) {
+        let (events, together) = if is_by(Finder::Beams) {
             let progress = Progress::default();
             let error = values.fraction("error").unwrap_or(DEFAULT_ERROR);
             let mut setup = Setup::new(scene, sensor, settings.beams, &progress)?;
-            setup.divided(&Budget::error(error)).events as u64
+            let divided = setup.divided(&Budget::error(error));
+            (divided.events as u64, divided.together as u64)
         } else {
-            0
+            (0, 1)
         };
         let found = Found {
             classes: path::lit_classes(scene, sensor, of_paths)?,
             kept,
             events,
+            together,
         };
         Ok(bytes(Some(&plan), sensor, values, &settings, &found))
     }
