@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Bounds;
+use super::{Bounds, PlanePair};
 use crate::numeric::math;
 
 /// The factor from the largest |d| (below) to the bulge of a bundle.
@@ -70,10 +70,11 @@ pub struct Hull<const K: usize = 3> {
     start: Cap<K>,
     end: Cap<K>,
     bounds: Bounds,
-    /// Axes across its sides, which separate best.
-    sides: [Axis; K],
-    /// Axes along it, and across its two ends.
-    others: [Axis; 3],
+    /// Pairs of planes along its sides, which separate best: so many.
+    sides: [PlanePair; K],
+    side_count: usize,
+    /// Pairs of planes across it, and along its two ends.
+    others: [PlanePair; 3],
 }
 
 /// One end of a hull. If it has less than `K` corners, the last one is there more than once.
@@ -81,15 +82,6 @@ pub struct Hull<const K: usize = 3> {
 struct Cap<const K: usize> {
     corners: [DVec3; K],
     radius: f64,
-}
-
-/// The extent of a hull along a direction.
-#[derive(Clone, Copy, Debug)]
-struct Axis {
-    /// A unit vector, or zero, along which no two shapes are ever apart.
-    along: DVec3,
-    low: f64,
-    high: f64,
 }
 
 impl<const K: usize> Cap<K> {
@@ -181,25 +173,46 @@ impl<const K: usize> Hull<K> {
         };
         let axis = |along: DVec3| {
             let [a, b] = [start.reach(along), end.reach(along)];
-            Axis {
+            PlanePair {
                 along,
                 low: a[0].min(b[0]),
                 high: a[1].max(b[1]),
             }
         };
+        let (mut sides, mut side_count) = ([PlanePair::EVERYWHERE; K], 0);
+        for across in (0..K).map(side) {
+            // Sides between corners that are the same tell nothing.
+            if across != DVec3::ZERO {
+                sides[side_count] = axis(across);
+                side_count += 1;
+            }
+        }
         Self {
             start,
             end,
             bounds: start.bounds().union(end.bounds()),
-            sides: std::array::from_fn(|i| axis(side(i))),
+            sides,
+            side_count,
             others: [along, start.normal(), end.normal()].map(axis),
         }
     }
 
-    /// The axes along which it is measured.
+    /// The slanted pairs of planes that it is between.
     #[inline]
-    fn axes(&self) -> impl Iterator<Item = &Axis> {
-        self.sides.iter().chain(&self.others)
+    fn slanted(&self) -> impl Iterator<Item = &PlanePair> {
+        self.sides[..self.side_count].iter().chain(&self.others)
+    }
+
+    /// Pairs of planes that it is between: those of its box, and slanted ones.
+    #[inline]
+    pub fn plane_pairs(&self) -> impl Iterator<Item = PlanePair> {
+        let Bounds { min, max } = self.bounds;
+        let upright = (0..3).map(move |axis| PlanePair {
+            along: DVec3::AXES[axis],
+            low: min[axis],
+            high: max[axis],
+        });
+        self.slanted().copied().chain(upright)
     }
 
     /// The first and the second half of all its segments.
@@ -235,21 +248,6 @@ impl<const K: usize> Hull<K> {
         })
     }
 
-    /// True if a box may overlap it.
-    #[inline]
-    pub fn may_overlap_box(&self, other: &Bounds) -> bool {
-        if self.bounds.min.cmpgt(other.max).any() || other.min.cmpgt(self.bounds.max).any() {
-            return false;
-        }
-        let center = other.center();
-        let half = 0.5 * other.extent();
-        !self.axes().any(|axis| {
-            let middle = axis.along.dot(center);
-            let reach = axis.along.abs().dot(half);
-            middle - reach > axis.high || middle + reach < axis.low
-        })
-    }
-
     /// True if a solid ball may overlap it.
     pub fn may_overlap_ball(&self, center: DVec3, radius: f64) -> bool {
         let apart =
@@ -257,8 +255,8 @@ impl<const K: usize> Hull<K> {
         let Bounds { min, max } = self.bounds;
         if (0..3).any(|axis| apart(min[axis], max[axis], center[axis]))
             || self
-                .axes()
-                .any(|axis| apart(axis.low, axis.high, axis.along.dot(center)))
+                .slanted()
+                .any(|pair| apart(pair.low, pair.high, pair.along.dot(center)))
         {
             return false;
         }
@@ -280,22 +278,10 @@ impl<const K: usize> Hull<K> {
         if self.bounds.min.cmpgt(other.max).any() || other.min.cmpgt(self.bounds.max).any() {
             return false;
         }
-        let apart = |low: f64, high: f64, along: DVec3| {
-            let mut least = f64::INFINITY;
-            let mut most = f64::NEG_INFINITY;
-            for point in points {
-                let at = along.dot(*point);
-                least = least.min(at);
-                most = most.max(at);
-            }
-            least > high || most < low
-        };
-        !(self
-            .axes()
-            .any(|axis| apart(axis.low, axis.high, axis.along))
-            || normals.iter().any(|&normal| {
-                let [low, high] = self.reach(normal);
-                apart(low, high, normal)
+        !(self.slanted().any(|pair| pair.is_beside(points))
+            || normals.iter().any(|&along| {
+                let [low, high] = self.reach(along);
+                PlanePair { along, low, high }.is_beside(points)
             }))
     }
 
@@ -309,8 +295,8 @@ impl<const K: usize> Hull<K> {
         };
         let further = [DVec3::X, DVec3::Y, DVec3::Z, u.cross(v)];
         !(self
-            .axes()
-            .any(|axis| apart(axis.low, axis.high, axis.along))
+            .slanted()
+            .any(|pair| apart(pair.low, pair.high, pair.along))
             || further.into_iter().any(|along| {
                 let [low, high] = self.reach(along);
                 apart(low, high, along)
@@ -365,6 +351,13 @@ mod tests {
         [1.0 - x - y, x, y]
     }
 
+    /// True if no planes beside the hull tell that a box is beside it, too.
+    fn may_overlap_box<const K: usize>(hull: &Hull<K>, bounds: &Bounds) -> bool {
+        !hull
+            .plane_pairs()
+            .any(|pair| pair.is_beside(&bounds.corners()))
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig { cases: 20_000, ..ProptestConfig::default() })]
 
@@ -390,8 +383,8 @@ mod tests {
             let size = math::powf(10.0, size);
             // A box, a ball, a triangle and a disc through the point.
             let [p, q, r] = to.map(|to| touched + to * size);
-            prop_assert!(hull.may_overlap_box(&Bounds::from_points([p, touched])));
-            prop_assert!(hull.may_overlap_box(&Bounds::from_points([touched, touched])));
+            prop_assert!(may_overlap_box(&hull, &Bounds::from_points([p, touched])));
+            prop_assert!(may_overlap_box(&hull, &Bounds::from_points([touched, touched])));
             prop_assert!(hull.may_overlap_ball(p, (p - touched).length() * (1.0 + 1e-12)));
             // The point is a mean of the corners.
             let triangle = [p, q, 3.0 * touched - p - q];
@@ -401,7 +394,7 @@ mod tests {
             prop_assert!(hull.may_overlap_disk(touched - 0.6 * u - 0.7999 * v, [u, v]));
             // One of the halves also has it.
             let half = hull.halves()[usize::from(t > 0.5)];
-            prop_assert!(half.may_overlap_box(&Bounds::from_points([touched, touched])));
+            prop_assert!(may_overlap_box(&half, &Bounds::from_points([touched, touched])));
             prop_assert!(hull.bounds().contains(touched));
         }
 
@@ -422,7 +415,7 @@ mod tests {
             prop_assert!(!hull.may_overlap_ball(beside, size));
             let box_beside = Bounds::from_points([beside]).padded(size);
             let flat = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| beside + axis * size);
-            prop_assert!(!hull.may_overlap_box(&box_beside));
+            prop_assert!(!may_overlap_box(&hull, &box_beside));
             prop_assert!(!hull.may_overlap_points(&flat, &[away]));
             prop_assert!(!hull.may_overlap_disk(beside, [DVec3::X * size, DVec3::Y * size]));
             let behind = DVec3::Z * (24.0 + size);
@@ -449,8 +442,11 @@ mod tests {
         let end = nodes(&(corners, [DVec3::ZERO; 3]));
         let hull = Hull::new(&start, &end);
         let corner = Bounds::from_points([DVec3::X]).padded(0.3);
-        assert!(!hull.may_overlap_box(&corner));
-        assert!(hull.may_overlap_box(&Bounds::from_points([DVec3::splat(0.5)])));
+        assert!(!may_overlap_box(&hull, &corner));
+        assert!(may_overlap_box(
+            &hull,
+            &Bounds::from_points([DVec3::splat(0.5)])
+        ));
     }
 
     #[test]
@@ -461,7 +457,7 @@ mod tests {
             let hull = Hull::new(&start, &[DVec3::ONE; 6]);
             let far = DVec3::splat(10.0);
             assert!(hull.may_overlap_ball(far, 0.1));
-            assert!(hull.may_overlap_box(&Bounds::from_points([far])));
+            assert!(may_overlap_box(&hull, &Bounds::from_points([far])));
             assert!(hull.may_overlap_points(&[far], &[DVec3::X]));
             assert!(hull.may_overlap_disk(far, [DVec3::X, DVec3::Y]));
             let mut values = [0.0; 6];

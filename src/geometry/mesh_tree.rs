@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::{
-    Bounds, Hit, Mesh, Ray,
+    Bounds, Hit, Mesh, PlanePair, Ray,
     accel::{BoxTree, Lanes, LeafVisitor, LocalRay, TrianglePack},
     counters::TraversalCounters,
     nearest::Nearest,
@@ -123,10 +123,10 @@ impl MeshTree {
 
     pub(super) fn any_face(
         &self,
-        overlaps: &mut impl FnMut(&Bounds) -> bool,
-        test: &mut impl FnMut(u32, &[DVec3; 3]) -> bool,
+        pairs: impl Iterator<Item = PlanePair>,
+        mut test: impl FnMut(u32, &[DVec3; 3]) -> bool,
     ) -> bool {
-        self.tree.any_box(overlaps, |position, _| {
+        self.tree.any_between_planes(pairs, |position| {
             test(self.faces[position], &self.corners[position])
         })
     }

@@ -13,6 +13,7 @@ mod local;
 mod mesh;
 mod mesh_tree;
 mod nearest;
+mod plane_pair;
 mod ray;
 mod rounding;
 mod shape;
@@ -34,6 +35,7 @@ pub use mesh::{
     AttributeOf, AttributeValues, Finding, Mesh, MeshAttribute, MeshBorder, MeshDiagnostics,
     MeshError, MeshParts, VertexFans,
 };
+pub use plane_pair::PlanePair;
 pub use ray::Ray;
 pub use shape::{Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 pub use surface::{Hit, SurfacePoint};

@@ -5,7 +5,7 @@ use std::fmt;
 use glam::{DVec2, DVec3};
 
 use super::{
-    Bounds, Hit, Ray, Shape, SurfacePoint,
+    Bounds, Hit, PlanePair, Ray, Shape, SurfacePoint,
     accel::{BoxTree, Lanes, LeafVisitor, LocalRay},
     counters::TraversalCounters,
     mesh_tree::MeshTree,
@@ -263,18 +263,17 @@ impl World {
 }
 
 impl World {
-    /// True if `test(face, corners)` holds for any face of a mesh that may be in boxes for which `overlaps`
-    /// is true; false if the shape is no mesh. `overlaps` must be monotone as in [`Self::any_primitive_box`].
-    /// Among faces at the same place only one is asked about.
+    /// True if `test(face, corners)` holds for any face of a mesh that is between all pairs of planes, and perhaps for others
+    /// near them; false if the shape is no mesh. Among faces at the same place only one is asked about.
     pub fn any_face(
         &self,
         shape: u32,
-        mut overlaps: impl FnMut(&Bounds) -> bool,
-        mut test: impl FnMut(u32, &[DVec3; 3]) -> bool,
+        pairs: impl Iterator<Item = PlanePair>,
+        test: impl FnMut(u32, &[DVec3; 3]) -> bool,
     ) -> bool {
         self.trees[shape as usize]
             .as_ref()
-            .is_some_and(|tree| tree.any_face(&mut overlaps, &mut test))
+            .is_some_and(|tree| tree.any_face(pairs, test))
     }
 }
 

@@ -7,6 +7,7 @@
 //! - [`ray`]: a ray in a tree's own frame, and the derivation of its error bound.
 //! - [`pack`]: eight triangles in a leaf, and the filter that spares most of the exact tests.
 //! - [`lanes`]: the operations on eight numbers at a time that the search needs of a processor.
+//! - [`plane_pairs`]: pairs of planes in a tree's own frame, and the search for boxes between them.
 //! - [`simd`]: these operations, in wide registers if the processor has them.
 //!
 //! Nothing here decides a hit. Boxes and filter may let too much through, never too little; the exact `f64`
@@ -16,6 +17,7 @@ mod balanced;
 mod build;
 mod lanes;
 mod pack;
+mod plane_pairs;
 mod ray;
 mod simd;
 mod tree;

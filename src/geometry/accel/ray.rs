@@ -9,7 +9,7 @@ use crate::geometry::{
 };
 
 /// The unit roundoff of `f32`, 2⁻²⁴.
-const NARROW_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
+pub(super) const NARROW_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
 
 /// The largest reciprocal of a direction's component that is told apart from infinity.
 ///

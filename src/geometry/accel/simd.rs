@@ -7,8 +7,9 @@
 
 use super::{
     lanes::{Lanes, WIDTH},
+    plane_pairs::LocalPlanePairs,
     ray::LocalRay,
-    tree::{BoxTree, LeafVisitor},
+    tree::{BoxTree, LeafVisitor, TreeNode},
 };
 
 impl BoxTree {
@@ -31,6 +32,26 @@ impl BoxTree {
         }
         self.search_local(Portable, ray, limit, visitor)
     }
+}
+
+impl TreeNode {
+    /// A bit for each child, which is set if its box may be between all pairs of planes.
+    #[inline]
+    pub(super) fn children_in(&self, pairs: &LocalPlanePairs) -> u32 {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = Avx2::detect() {
+            // SAFETY: the token proves that the processor has the feature.
+            #[allow(unsafe_code)]
+            return unsafe { children_in_avx2(lanes, self, pairs) };
+        }
+        self.children_in_local(Portable, pairs)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn children_in_avx2(lanes: Avx2, node: &TreeNode, pairs: &LocalPlanePairs) -> u32 {
+    node.children_in_local(lanes, pairs)
 }
 
 #[cfg(target_arch = "x86_64")]

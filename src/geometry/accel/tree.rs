@@ -6,10 +6,11 @@ use glam::DVec3;
 
 use super::{
     lanes::{Lanes, WIDTH},
+    plane_pairs::LocalPlanePairs,
     ray::LocalRay,
     tree_frame::TreeFrame,
 };
-use crate::geometry::{Bounds, Ray};
+use crate::geometry::{Bounds, PlanePair, Ray};
 
 /// Eight boxes and their contents. A missing child has an empty box.
 #[derive(Clone, Debug)]
@@ -177,6 +178,32 @@ impl BoxTree {
         false
     }
 
+    /// True if `leaf(position in the order)` holds for any primitive of a leaf whose box may be between all pairs of planes.
+    pub(in crate::geometry) fn any_between_planes(
+        &self,
+        pairs: impl Iterator<Item = PlanePair>,
+        mut leaf: impl FnMut(usize) -> bool,
+    ) -> bool {
+        let pairs = LocalPlanePairs::new(&self.frame, pairs);
+        let mut stack = Stack::new();
+        stack.push(Child::node(0));
+        while let Some((_, next)) = stack.pop() {
+            if let Some(index) = next.as_leaf() {
+                if self.leaf_range(index).any(&mut leaf) {
+                    return true;
+                }
+                continue;
+            }
+            let node = &self.nodes[next.0 as usize];
+            let mut inside = node.children_in(&pairs);
+            while inside != 0 {
+                stack.push(node.children[inside.trailing_zeros() as usize]);
+                inside &= inside - 1;
+            }
+        }
+        false
+    }
+
     pub(in crate::geometry) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.nodes) + size_of_val(&*self.leaf_starts) + size_of_val(&*self.order)
     }
@@ -243,6 +270,12 @@ impl Stack {
     #[inline]
     fn len(&self) -> usize {
         self.used
+    }
+
+    /// Pushes a child whose distance does not matter.
+    #[inline]
+    fn push(&mut self, child: Child) {
+        self.push_sorted(self.used, 0.0, child);
     }
 
     /// Pushes below those entries above `bottom` that are nearer.

@@ -84,6 +84,11 @@ impl Rectangle {
         self.center + self.half_u * (2.0 * uv.x - 1.0) + self.half_v * (2.0 * uv.y - 1.0)
     }
 
+    /// Its corners, one after the other round its edge.
+    pub fn corners(&self) -> [DVec3; 4] {
+        [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|uv| self.point(uv))
+    }
+
     /// The surface at parameters `uv`, both in 0..=1.
     #[inline]
     pub fn at_uv(&self, uv: DVec2) -> SurfacePoint {

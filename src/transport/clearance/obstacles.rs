@@ -20,20 +20,14 @@ impl Clearance<'_> {
                     && !hull.is_inside_ball(ball.center(), ball.radius())
             }
             Shape::Rectangle(rectangle) => {
-                let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
-                let corners = corners.map(|uv| rectangle.point(uv));
-                hull.may_overlap_points(&corners, &[rectangle.normal()])
+                hull.may_overlap_points(&rectangle.corners(), &[rectangle.normal()])
             }
             Shape::Disk(disk) => hull.may_overlap_disk(disk.center(), disk.half_axes()),
             Shape::Cylinder(tube) => tube_may_be_in_the_way(hull, tube),
-            Shape::Mesh(_) => world.any_face(
-                shape,
-                |bounds| hull.may_overlap_box(bounds),
-                |_, corners| {
-                    let [a, b, c] = *corners;
-                    hull.may_overlap_points(corners, &[(b - a).cross(c - a)])
-                },
-            ),
+            Shape::Mesh(_) => world.any_face(shape, hull.plane_pairs(), |_, corners| {
+                let [a, b, c] = *corners;
+                hull.may_overlap_points(corners, &[(b - a).cross(c - a)])
+            }),
         }
     }
 }

@@ -4,18 +4,23 @@ use glam::DVec3;
 
 use super::cell::{Clearance, apart};
 use super::legs::{CameraSight, Leg, LegContact, way_out};
-use crate::geometry::{Hull, Shape};
+use crate::geometry::{Hull, PlanePair, Shape};
 
 impl Clearance<'_> {
-    /// True if any of the watched shapes may be in a hull. For flat faces near it, `is_in_the_way` decides by
-    /// shape and face (0 for a rectangle): the caller knows planes and edges better.
+    /// True if any of the watched shapes may be in a hull, and between all pairs of planes. For flat faces there,
+    /// `is_in_the_way` decides by shape and face (0 for a rectangle): the caller knows planes and edges better.
     pub fn may_be_between<const K: usize>(
         &self,
         hull: &Hull<K>,
+        pairs: &[PlanePair],
         is_watched: impl Fn(u32) -> bool,
         mut is_in_the_way: impl FnMut(u32, u32) -> bool,
     ) -> bool {
         let world = self.scene.world();
+        let may_be_there = |corners: &[DVec3], normal: DVec3| {
+            !pairs.iter().any(|pair| pair.is_beside(corners))
+                && hull.may_overlap_points(corners, &[normal])
+        };
         self.surfaces.iter().enumerate().any(|(index, surface)| {
             let shape = index as u32;
             if surface.passed || !is_watched(shape) || apart(&surface.bounds, hull.bounds()) {
@@ -24,11 +29,15 @@ impl Clearance<'_> {
             match &world.shapes()[index] {
                 Shape::Mesh(mesh) if !mesh.has_vertex_normals() => world.any_face(
                     shape,
-                    |bounds| hull.may_overlap_box(bounds),
-                    |face, _| is_in_the_way(shape, face),
+                    hull.plane_pairs().chain(pairs.iter().copied()),
+                    |face, corners| {
+                        let [a, b, c] = *corners;
+                        may_be_there(corners, (b - a).cross(c - a)) && is_in_the_way(shape, face)
+                    },
                 ),
-                Shape::Rectangle(_) => {
-                    self.may_be_in_the_way(hull, shape) && is_in_the_way(shape, 0)
+                Shape::Rectangle(rectangle) => {
+                    may_be_there(&rectangle.corners(), rectangle.normal())
+                        && is_in_the_way(shape, 0)
                 }
                 _ => self.may_be_in_the_way(hull, shape),
             }

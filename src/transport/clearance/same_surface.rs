@@ -80,7 +80,7 @@ impl Clearance<'_> {
                     })
         };
         let world = self.scene.world();
-        !world.any_face(shape, |bounds| hull.may_overlap_box(bounds), is_bad)
+        !world.any_face(shape, hull.plane_pairs(), is_bad)
     }
 }
 

@@ -57,6 +57,12 @@ impl Facet {
         })
     }
 
+    /// The point where both coordinates are zero.
+    #[inline]
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
     /// Area \[m²\] for a unit of coordinate area.
     #[inline]
     pub fn unit_area(&self) -> f64 {

@@ -2,55 +2,46 @@
 
 use glam::DVec3;
 
-use super::legs::{Goal, LegHull, LegLine, Legs};
+use super::legs::{Goal, LegLine, Legs};
+use crate::geometry::PlanePair;
 use crate::reference::beams::facets::polygon::is_below;
 use crate::transport::facets::table::Facet;
 use crate::transport::screen::Screen;
 
 impl Legs<'_> {
+    /// The space between the planes of the facets that the leg starts and ends on: what is behind them is in
+    /// nobody's way.
+    pub(super) fn between_ends(&self, from: Option<u32>, goal: Goal) -> [PlanePair; 2] {
+        let facets = self.paths.facets();
+        let to = match (goal, self.screen) {
+            (Goal::Facet(to), _) => Some(to),
+            (Goal::Receiver, Screen::Receiver(receiver)) => facets.of(receiver.shape(), 0),
+            _ => None,
+        };
+        let first = self.lines[0].ray.direction;
+        // The normal on the side that light goes to, and the plane's place along it.
+        let ahead = |facet: u32| {
+            let plane = facets.get(facet);
+            let along = plane.normal() * plane.normal().dot(first).signum();
+            (along, along.dot(plane.origin()))
+        };
+        let start = from.map(ahead);
+        let end = to.map(ahead);
+        [
+            start.map_or(PlanePair::EVERYWHERE, |(along, at)| {
+                PlanePair::above(along, at + self.flatness)
+            }),
+            end.map_or(PlanePair::EVERYWHERE, |(along, at)| {
+                PlanePair::below(along, at - self.flatness)
+            }),
+        ]
+    }
+
     /// The part of the leg's light that may meet a facet near it: 0 if the facet is beside it, `None` if only
     /// cutting tells.
-    pub(super) fn part_across(
-        &self,
-        hull: &LegHull,
-        facet: u32,
-        from: Option<u32>,
-        goal: Goal,
-        allowed: f64,
-    ) -> Option<f64> {
-        let facets = self.paths.facets();
-        let other = facets.get(facet);
-        let outline = facets.outline(other);
+    pub(super) fn part_across(&self, facet: u32, allowed: f64) -> Option<f64> {
+        let other = self.paths.facets().get(facet);
         let first = self.lines[0].ray.direction;
-        let ahead = |plane: &Facet| plane.normal().dot(first).signum();
-        let is_behind_start = from.is_some_and(|from| {
-            let plane = facets.get(from);
-            let ahead = ahead(plane);
-            outline
-                .iter()
-                .all(|&point| plane.height(point) * ahead <= self.flatness)
-        });
-        let is_beyond_end = || {
-            let plane = match (goal, self.screen) {
-                (Goal::Facet(to), _) => Some(facets.get(to)),
-                (Goal::Receiver, Screen::Receiver(receiver)) => facets
-                    .of(receiver.shape(), 0)
-                    .map(|facet| facets.get(facet)),
-                _ => None,
-            };
-            plane.is_some_and(|plane| {
-                let ahead = ahead(plane);
-                outline
-                    .iter()
-                    .all(|&point| plane.height(point) * ahead >= -self.flatness)
-            })
-        };
-        if is_behind_start
-            || is_beyond_end()
-            || !hull.may_overlap_points(outline, &[other.normal()])
-        {
-            return Some(0.0);
-        }
         if let Some(part) = self.part_through(other, allowed) {
             return Some(part);
         }

@@ -205,10 +205,11 @@ impl<'f> Legs<'f> {
         let mut seen: Vec<u32> = Vec::new();
         let from = polygon.chain.left();
         let facets = self.paths.facets();
+        let between = self.between_ends(from, goal);
         let is_watched = |shape| blocker != Some(shape) && watch.may_hold_shape(shape, facets);
         let is_obstructed = self.hulls.iter().any(|hull| {
             self.clearance
-                .may_be_between(hull, is_watched, |shape, face| {
+                .may_be_between(hull, &between, is_watched, |shape, face| {
                     // A face without area is in nobody's way.
                     let Some(facet) = facets.of(shape, face) else {
                         return false;
@@ -218,7 +219,7 @@ impl<'f> Legs<'f> {
                     if is_end || !watch.may_hold_facet(facet) {
                         return false;
                     }
-                    let Some(part) = self.part_across(hull, facet, from, goal, allowed) else {
+                    let Some(part) = self.part_across(facet, allowed) else {
                         in_the_way = Some(facet);
                         return true;
                     };
