@@ -87,6 +87,12 @@ impl Stencil {
         &self.cells[..self.len]
     }
 
+    /// Its cells with their shares, if they are six.
+    #[inline]
+    pub fn if_six(&self) -> Option<[(u32, f64); 6]> {
+        (self.len == 6).then(|| std::array::from_fn(|k| (self.cells[k], self.weights[k])))
+    }
+
     /// The cells with their shares.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = (u32, f64)> + '_ {

@@ -8,6 +8,7 @@ use super::object::SpecularObject;
 use super::settings::Settings;
 use super::shoot::TASK;
 use super::storage::bytes_each;
+use super::tree::BLOCK_BYTES;
 use super::variants::{Directions, Noise, Normal, Radii, Space, Symmetry, Tables, Tree};
 use crate::run::cost::{TRIPLE, of_frame, texels};
 use crate::run::format::megabytes;
@@ -72,8 +73,10 @@ impl Size {
         let table = match settings.space {
             _ if is_fitted => cells * coefficients * each,
             Space::ShellHarmonics => u64::from(settings.shells) * coefficients * each,
-            // Nodes of 12 bytes, at most one for three leaves, and roots of 4.
-            Space::MultiResolution => cells * (each + 4) + 80 * u64::from(settings.shells),
+            // A block has 64 cells, or what a root has of these; whole cubes may be eight times the cells.
+            Space::MultiResolution => {
+                cells * each + BLOCK_BYTES * (cells / 8 + 20 * u64::from(settings.shells))
+            }
             _ => cells * each,
         };
         let fitted = if is_fitted {
@@ -81,7 +84,7 @@ impl Size {
         } else {
             0
         };
-        // A tree while it is built: ranges and lists of children. Those of cubes are whole.
+        // A tree while it is built: leaves' ranges of 88 bytes, in a list that grows. Those of cubes are whole.
         let merged = match (settings.space, settings.tree) {
             (Space::MultiResolution, Tree::Shells) => 160 * cells,
             (Space::MultiResolution, Tree::Grid) => {

@@ -168,7 +168,12 @@ impl Layout {
         match &table.form {
             Form::Cells(stored) => {
                 let stencil = stencil();
-                sum = stored.sum(stencil.iter().map(|(cell, weight)| (cell as usize, weight)));
+                let number = |(cell, weight): (u32, f64)| (cell as usize, weight);
+                // A loop of a number that is known is unrolled.
+                sum = match stencil.if_six() {
+                    Some(six) => stored.sum(six.map(number).into_iter()),
+                    None => stored.sum(stencil.iter().map(number)),
+                };
                 count(work, stencil.cells().len(), stored);
             }
             Form::Vectors(stored) => {
@@ -186,10 +191,9 @@ impl Layout {
                 let stencil = stencil();
                 sum = leaves.sum(stencil.iter().map(|(cell, weight)| {
                     let (root, path) = self.path(cell);
-                    let (leaf, nodes) = trees.leaf(root, path);
-                    work.nodes += nodes;
-                    (leaf, weight)
+                    (trees.leaf(root, path), weight)
                 }));
+                work.nodes += stencil.cells().len() as u64;
                 count(work, stencil.cells().len(), leaves);
             }
             Form::Shells(stored) => sum = self.on_shells(settings, stored, place, work),
@@ -226,25 +230,42 @@ impl Layout {
         place: DVec3,
         work: &mut Work,
     ) -> Rgb {
-        /// The largest order squared.
-        const MOST: usize = 1024;
+        let number = (settings.order * settings.order) as usize;
+        // Zeros for more would take longer than all else.
+        if number <= 36 {
+            self.on_shells_by(&mut [0.0; 36][..number], stored, place, work)
+        } else {
+            self.on_shells_by(&mut [0.0; MOST_HARMONICS][..number], stored, place, work)
+        }
+    }
+
+    #[inline]
+    fn on_shells_by(
+        &self,
+        harmonics: &mut [f64],
+        stored: &Stored,
+        place: DVec3,
+        work: &mut Work,
+    ) -> Rgb {
         let (Some(Cells::Shells(shells)), Some(basis)) = (&self.cells, &self.harmonics) else {
             return Rgb::BLACK;
         };
-        let number = (settings.order * settings.order) as usize;
-        let mut harmonics = [0.0; MOST];
-        basis.write(place.normalize_or(DVec3::Z), &mut harmonics[..number]);
+        let number = harmonics.len();
+        basis.write(place.normalize_or(DVec3::Z), harmonics);
         let ([inner, outer], part) = shells.between(place.length());
         let mut sum = Rgb::BLACK;
         for (layer, weight) in [(inner, 1.0 - part), (outer, part)] {
             if weight > 0.0 {
-                sum += stored.sum_from(layer * number, &harmonics[..number]) * weight;
+                sum += stored.sum_from(layer * number, harmonics) * weight;
                 count(work, number, stored);
             }
         }
         sum
     }
 }
+
+/// The largest order squared.
+const MOST_HARMONICS: usize = 1024;
 
 #[inline]
 fn count(work: &mut Work, fetches: usize, stored: &Stored) {
