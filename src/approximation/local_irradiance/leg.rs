@@ -64,15 +64,6 @@ impl Stencil {
         }
     }
 
-    /// Six cells with their shares.
-    #[inline]
-    pub fn six(cell: impl Fn(usize) -> (u32, f64)) -> Self {
-        Self {
-            len: 6,
-            ..Self::eight(|k| if k < 6 { cell(k) } else { (0, 0.0) })
-        }
-    }
-
     /// One cell more.
     #[inline]
     pub fn push(&mut self, cell: u32, weight: f64) {
@@ -85,12 +76,6 @@ impl Stencil {
     #[inline]
     pub fn cells(&self) -> &[u32] {
         &self.cells[..self.len]
-    }
-
-    /// Its cells with their shares, if they are six.
-    #[inline]
-    pub fn if_six(&self) -> Option<[(u32, f64); 6]> {
-        (self.len == 6).then(|| std::array::from_fn(|k| (self.cells[k], self.weights[k])))
     }
 
     /// The cells with their shares.

@@ -13,7 +13,6 @@ use super::crossing::faded;
 use super::directions::{Blended, Samples};
 use super::lamp::SeenLight;
 use super::layout::Layout;
-use super::leg::Stencil;
 use super::object::SpecularObject;
 use super::settings::Settings;
 use super::shells::Shells;
@@ -137,8 +136,14 @@ impl Part {
             let at = [place, normal];
             let value = if let Some((shells, layers)) = shells {
                 let face = &faces[number % Reading::FACES];
-                let stencil = || self.turned[number].stencil(shells, map, away, layers, face);
-                layout.read_at(settings, table, at, &stencil, &self.row, work)
+                let three = || self.turned[number].three(shells, map, away, face);
+                let ([inner, outer], _) = layers;
+                let six = || shells.six(three(), layers);
+                let value = (inner != outer).then(|| layout.read_six(table, six, work));
+                value.flatten().unwrap_or_else(|| {
+                    let stencil = || shells.stencil(three(), layers);
+                    layout.read_at(settings, table, at, &stencil, &self.row, work)
+                })
             } else {
                 layout.read(settings, table, at, &self.row, work)
             };
@@ -181,21 +186,20 @@ impl Turned {
         }
     }
 
-    /// The cells around a place that the map takes to the sample's own axes.
+    /// The triangles around a place that the map takes to the sample's own axes, with their shares.
     #[inline]
-    fn stencil(
+    fn three(
         &self,
         shells: &Shells,
         map: &DMat3,
         place: DVec3,
-        layers: ([usize; 2], f64),
         last: &Cell<u32>,
-    ) -> Stencil {
+    ) -> [(u32, f64); 3] {
         let mut face = last.get();
         let turn = (map, &*self.weights);
         let three = shells.dual().between_turned(turn, place, &mut face);
         last.set(face);
-        shells.stencil(three, layers)
+        three
     }
 }
 

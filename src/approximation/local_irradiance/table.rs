@@ -168,12 +168,7 @@ impl Layout {
         match &table.form {
             Form::Cells(stored) => {
                 let stencil = stencil();
-                let number = |(cell, weight): (u32, f64)| (cell as usize, weight);
-                // A loop of a number that is known is unrolled.
-                sum = match stencil.if_six() {
-                    Some(six) => stored.sum(six.map(number).into_iter()),
-                    None => stored.sum(stencil.iter().map(number)),
-                };
+                sum = stored.sum(stencil.iter().map(|(cell, weight)| (cell as usize, weight)));
                 count(work, stencil.cells().len(), stored);
             }
             Form::Vectors(stored) => {
@@ -221,6 +216,32 @@ impl Layout {
             }
         }
         sum
+    }
+
+    /// As [`read`](Self::read), from six cells with their shares: `None` if the table has other numbers than
+    /// one a cell or leaf. A number of cells that is known makes loops without branches.
+    #[inline]
+    pub fn read_six(
+        &self,
+        table: &Table,
+        six: impl Fn() -> [(u32, f64); 6],
+        work: &mut Work,
+    ) -> Option<Rgb> {
+        match &table.form {
+            Form::Cells(stored) => {
+                count(work, 6, stored);
+                Some(stored.sum(six().iter().map(|(cell, weight)| (*cell as usize, *weight))))
+            }
+            Form::Trees { trees, leaves } => {
+                count(work, 6, leaves);
+                work.nodes += 6;
+                Some(leaves.sum(six().iter().map(|(cell, weight)| {
+                    let (root, path) = self.path(*cell);
+                    (trees.leaf(root, path), *weight)
+                })))
+            }
+            _ => None,
+        }
     }
 
     fn on_shells(
