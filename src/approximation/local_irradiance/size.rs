@@ -101,9 +101,13 @@ impl Size {
         if settings.space == Space::ShellHarmonics {
             fits += fit(triangles);
         }
-        // The borders of a shell's triangles, their corners and neighbours, and the ways to them.
+        // Of each object: the borders of a shell's triangles, their corners and neighbours, and the ways to them;
+        // polygons along the 30 edges of the icosahedron; and for each sample that is read a matrix for each of
+        // 20 faces.
         let shell = match kind(settings) {
-            Some(Tree::Shells) => 280 * triangles,
+            Some(Tree::Shells) => {
+                280 * triangles + 340 * (30 << settings.shell_level) + 20 * 72 * all.min(3 * lights)
+            }
             _ => 0,
         };
         // Tables of one frame are made together: their sums, those of half of the photons more, and a copy.
@@ -135,7 +139,7 @@ impl Size {
                 + fitted
                 + merged
                 + fits
-                + shell
+                + shell.saturating_mul(objects)
                 + together.saturating_mul(objects),
             last: if objects > 0 { table } else { 0 },
             samples: objects.saturating_mul(needed),

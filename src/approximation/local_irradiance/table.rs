@@ -218,7 +218,8 @@ impl Layout {
         sum
     }
 
-    /// As [`read`](Self::read), from six cells with their shares: `None` if the table has other numbers than
+    /// As [`read`](Self::read), from three triangles' cells on a shell, each followed by that on the next
+    /// shell, with their shares: `None` if the table has other numbers than
     /// one a cell or leaf. A number of cells that is known makes loops without branches.
     #[inline]
     pub fn read_six(
@@ -235,10 +236,17 @@ impl Layout {
             Form::Trees { trees, leaves } => {
                 count(work, 6, leaves);
                 work.nodes += 6;
-                Some(leaves.sum(six().iter().map(|(cell, weight)| {
-                    let (root, path) = self.path(*cell);
-                    (trees.leaf(root, path), *weight)
-                })))
+                let [a, b, c, d, e, f] = six();
+                let two = |[inner, outer]: [(u32, f64); 2]| {
+                    // The same way on the next shell, which has roots of its own.
+                    let (root, path) = self.path(inner.0);
+                    [
+                        (trees.leaf(root, path), inner.1),
+                        (trees.leaf(root + 20, path), outer.1),
+                    ]
+                };
+                let pairs = [two([a, b]), two([c, d]), two([e, f])];
+                Some(leaves.sum(pairs.as_flattened().iter().copied()))
             }
             _ => None,
         }
