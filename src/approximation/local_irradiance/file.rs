@@ -1,8 +1,8 @@
 //! Tables, and the borders of a form's shells, as the content of [chunks](super::chunk).
 //!
 //! A table's content is: what became of photons; numbers that were cut off; the table's kind, and trees if it
-//! has them (eight bytes for 64 cells: a bit for each at which a leaf starts); the kind of numbers, the size of a
-//! step, their count, and the numbers. All is little-endian. Lengths are checked against what the
+//! has them (eight bytes for 64 cells: a bit for each at which a leaf starts); the kind of numbers, the
+//! size of a step, their count, and the numbers. All is little-endian. Lengths are checked against what the
 //! settings ask for before anything is allocated.
 
 use half::f16;

@@ -216,8 +216,8 @@ impl Shells {
         stencil
     }
 
-    /// The cells of three triangles on two shells, with their shares: of each triangle the inner shell's cell,
-    /// then the outer one's.
+    /// The cells of three triangles on two shells, with their shares: of each triangle the inner shell's
+    /// cell, then the outer one's.
     #[inline]
     pub fn six(
         &self,

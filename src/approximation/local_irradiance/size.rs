@@ -84,7 +84,7 @@ impl Size {
         } else {
             0
         };
-        // A tree while it is built: leaves' ranges of 88 bytes, in a list that grows. Those of cubes are whole.
+        // A tree while it is built: ranges of 88 bytes, in a list that grows. Those of cubes are whole.
         let merged = match (settings.space, settings.tree) {
             (Space::MultiResolution, Tree::Shells) => 160 * cells,
             (Space::MultiResolution, Tree::Grid) => {
@@ -101,9 +101,9 @@ impl Size {
         if settings.space == Space::ShellHarmonics {
             fits += fit(triangles);
         }
-        // Of each object: the borders of a shell's triangles, their corners and neighbours, and the ways to them;
-        // polygons along the 30 edges of the icosahedron; and for each sample that is read a matrix for each of
-        // 20 faces.
+        // Of each object: the borders of a shell's triangles, their corners and neighbours, and the ways to
+        // them; polygons along the 30 edges of the icosahedron; and for each sample that is read a matrix for
+        // each of 20 faces.
         let shell = match kind(settings) {
             Some(Tree::Shells) => {
                 280 * triangles + 340 * (30 << settings.shell_level) + 20 * 72 * all.min(3 * lights)

@@ -2,8 +2,8 @@
 
 /// Trees over cells, each with the same number of children and of levels.
 ///
-/// Leaves are in the order of their cells, so that a bit a cell says which leaf it is in: set if a leaf starts
-/// there. A leaf's number is the count of bits up to its cell.
+/// Leaves are in the order of their cells, so that a bit a cell says which leaf it is in: set if a leaf
+/// starts there. A leaf's number is the count of bits up to its cell.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trees {
     branches: u32,
@@ -195,8 +195,8 @@ impl Trees {
         Some((trees, u64::from(leaves)))
     }
 
-    /// True if a node's bits are those of a tree: its first cell starts a leaf, and if any other does, each of
-    /// its children is whole. Bits of cells that are not there are 0.
+    /// True if a node's bits are those of a tree: its first cell starts a leaf, and if any other does, each
+    /// of its children is whole. Bits of cells that are not there are 0.
     fn is_whole(&self, root: usize, level: u32, first: u64) -> bool {
         let below = self.levels - level;
         let cells = u64::from(self.branches).pow(below);
