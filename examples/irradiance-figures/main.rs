@@ -27,7 +27,7 @@ mod stages;
 use support::figures::{Section, print_sections};
 
 /// The sections, in the order of the document.
-const SECTIONS: [(&str, Section<()>); 13] = [
+const SECTIONS: [(&str, Section<()>); 14] = [
     ("picture", |()| picture::picture()),
     ("exact", |()| stages::exact()),
     ("bytes", |()| bytes::bytes()),
@@ -41,6 +41,7 @@ const SECTIONS: [(&str, Section<()>); 13] = [
     ("lamp", |()| limits::lamp()),
     ("shooting", |()| frames::shooting()),
     ("stages", |()| stages::stages()),
+    ("sets", |()| stages::sets()),
 ];
 
 fn main() {

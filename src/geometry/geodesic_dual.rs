@@ -162,7 +162,11 @@ impl GeodesicDual {
 
     /// As [`between`](Self::between), for a direction that is still to be turned. `face` is that of a
     /// direction near to it, and becomes its own: results do not depend on it.
-    #[inline]
+    #[allow(
+        clippy::inline_always,
+        reason = "what it returns would go through memory, in which loads then wait for stores"
+    )]
+    #[inline(always)]
     pub fn between_turned(
         &self,
         (turn, turned): (&DMat3, &[DMat3; 20]),

@@ -114,7 +114,11 @@ impl GeodesicLattice {
     /// The direction's weights are by the corners of this face.
     ///
     /// Where anything is chosen the choice is as good as random: there are no branches but the last.
-    #[inline]
+    #[allow(
+        clippy::inline_always,
+        reason = "what it returns would go through memory, in which loads then wait for stores"
+    )]
+    #[inline(always)]
     pub(super) fn between(&self, face: u32, weights: DVec3) -> Result<[(u32, f64); 3], usize> {
         const THIRD: f64 = 1.0 / 3.0;
         let scale = f64::from(self.frequency) / (weights.x + weights.y + weights.z);

@@ -668,6 +668,37 @@ fn trees_give_the_full_table_back_within_their_tolerance() {
     }
 }
 
+#[test]
+fn frames_by_trees_that_merge_nothing_are_those_by_shells_to_the_bit() {
+    let scene = over_depth([0.3, -0.2, -0.9], &glass_ball(), [2.0, 3.0], 16);
+    for level in ["1", "4"] {
+        let bits = |space| {
+            let given = [
+                ("space", space),
+                ("shell-level", level),
+                ("tolerance", "0"),
+                ("storage", "f32"),
+                ("photons", "4096"),
+            ];
+            let rendering = rendered(&tables(&given), &scene);
+            rendering
+                .estimate
+                .total
+                .values
+                .iter()
+                .map(|x| x.0.map(f64::to_bits))
+                .collect::<Vec<_>>()
+        };
+        let shells = bits("shells");
+        let distinct: std::collections::HashSet<_> = shells.iter().collect();
+        assert!(
+            distinct.len() > 100,
+            "{level}: too even to tell shells apart"
+        );
+        assert_eq!(shells, bits("multi-resolution"), "{level}");
+    }
+}
+
 trait ParseWord {
     fn parse_word<T: nephroid::internals::setting::Words>(&self) -> T;
 }

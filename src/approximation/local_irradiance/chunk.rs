@@ -24,7 +24,7 @@ use super::settings::Settings;
 use super::variants::{Directions, Space};
 
 const MAGIC: [u8; 8] = *b"nephtab\n";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Bytes before the content.
 const HEADER: usize = 8 + 4 + 32 + 32 + 8 + 8;
 const HASH: usize = 32;

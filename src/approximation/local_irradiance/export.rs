@@ -123,7 +123,7 @@ fn volume(layout: &Layout, table: &Table) -> Vec<u8> {
         Form::Trees { trees, leaves } => {
             let places = cells.iter().map(|cell| {
                 let (root, path) = layout.path(*cell);
-                trees.leaf(root, path).0
+                trees.leaf(root, path)
             });
             raw_numbers(&gathered(leaves, places), &mut bytes);
         }

@@ -1,7 +1,7 @@
 //! Tables, and the borders of a form's shells, as the content of [chunks](super::chunk).
 //!
 //! A table's content is: what became of photons; numbers that were cut off; the table's kind, and trees if it
-//! has them (a byte a root, and a byte a node: a bit for each child that is inner); the kind of numbers, the
+//! has them (eight bytes for 64 cells: a bit for each at which a leaf starts); the kind of numbers, the
 //! size of a step, their count, and the numbers. All is little-endian. Lengths are checked against what the
 //! settings ask for before anything is allocated.
 
@@ -14,7 +14,7 @@ use super::settings::Settings;
 use super::shoot::Tally;
 use super::storage::{Stored, bytes_each};
 use super::table::{Form, Table};
-use super::tree::Trees;
+use super::tree::{Trees, blocks};
 use super::variants::{Normal, Space, Storage};
 
 /// Bytes of a tally and of the count of numbers that were cut off.
@@ -98,15 +98,15 @@ impl Expected {
 
     /// The most bytes of a file.
     pub fn most_bytes(&self) -> u64 {
-        let trees = self.trees.map_or(0, |(form, roots)| {
-            TREES + roots as u64 + most_leaves((form, roots))
-        });
+        let trees = self
+            .trees
+            .map_or(0, |(form, roots)| TREES + 8 * blocks(form, roots) as u64);
         let numbers = self.most.saturating_mul(bytes_each(self.storage));
         AROUND + TALLY + KIND + trees + NUMBERS + numbers
     }
 }
 
-/// Leaves of trees that merge nothing: more than their inner nodes.
+/// Leaves of trees that merge nothing.
 fn most_leaves(([branches, levels], roots): ([u32; 2], usize)) -> u64 {
     u64::from(branches).pow(levels).saturating_mul(roots as u64)
 }
@@ -134,14 +134,11 @@ pub fn table_bytes(key: &Key, table: &Table) -> Vec<u8> {
         Form::Shells(stored) => put_numbers(&mut content, Kind::Shells, stored),
         Form::Harmonics(stored) => put_numbers(&mut content, Kind::Harmonics, stored),
         Form::Trees { trees, leaves } => {
-            let (roots, nodes) = trees.shape();
             content.push(Kind::Trees as u8);
-            content.extend(trees.branches().to_le_bytes());
-            content.extend(trees.levels().to_le_bytes());
-            put_u64(&mut content, roots.len() as u64);
-            put_u64(&mut content, nodes.len() as u64);
-            content.extend(roots.into_iter().map(u8::from));
-            content.extend(nodes);
+            content.extend(trees.form().iter().flat_map(|number| number.to_le_bytes()));
+            put_u64(&mut content, trees.roots() as u64);
+            put_u64(&mut content, trees.starts().len() as u64);
+            content.extend(trees.starts().flatten().flat_map(u32::to_le_bytes));
             put_stored(&mut content, leaves);
         }
         // Tables of a frame alone have no files.
@@ -269,17 +266,19 @@ impl Reader<'_> {
     /// Trees, and the number of their leaves.
     fn trees(&mut self, expected: &Expected) -> Result<(Trees, u64), String> {
         let form = [self.u32()?, self.u32()?];
-        let (roots, nodes) = (self.u64()?, self.u64()?);
-        let same = |(wanted, count): ([u32; 2], usize)| wanted == form && count as u64 == roots;
-        if !expected.trees.is_some_and(same) || nodes > expected.most {
+        let (roots, count) = (self.u64()?, self.u64()?);
+        let wanted = expected.trees.filter(|(wanted, number)| {
+            *wanted == form && *number as u64 == roots && blocks(form, *number) as u64 == count
+        });
+        let Some((form, roots)) = wanted else {
             return Err(format!(
-                "it has {roots} trees of {} levels and {nodes} nodes, which is not what its settings ask for",
+                "it has {roots} trees of {} levels and {count} blocks, which is not what its settings ask for",
                 form[1]
             ));
-        }
-        let roots = self.take(roots as usize)?;
-        let nodes = self.take(nodes as usize)?;
-        Trees::of_shape(form, roots, nodes)
+        };
+        // As many as the settings ask for: the number does not come from the file.
+        let words = pairs_of_words(self.take(8 * blocks(form, roots))?);
+        Trees::of_starts(form, roots, words)
             .ok_or_else(|| "its trees do not hang together".to_owned())
     }
 
@@ -319,6 +318,14 @@ impl Reader<'_> {
 /// A number with one more byte as its lowest.
 fn shifted(number: u32, byte: u8) -> u32 {
     number << 8 | u32::from(byte)
+}
+
+/// Bytes as pairs of numbers.
+fn pairs_of_words(bytes: &[u8]) -> impl ExactSizeIterator<Item = [u32; 2]> + '_ {
+    bytes.chunks_exact(8).map(|pair| {
+        let word = |bytes: &[u8]| bytes.iter().rev().copied().fold(0, shifted);
+        [word(&pair[..4]), word(&pair[4..])]
+    })
 }
 
 /// Bytes as triples of numbers of N bytes each.

@@ -64,15 +64,6 @@ impl Stencil {
         }
     }
 
-    /// Six cells with their shares.
-    #[inline]
-    pub fn six(cell: impl Fn(usize) -> (u32, f64)) -> Self {
-        Self {
-            len: 6,
-            ..Self::eight(|k| if k < 6 { cell(k) } else { (0, 0.0) })
-        }
-    }
-
     /// One cell more.
     #[inline]
     pub fn push(&mut self, cell: u32, weight: f64) {

@@ -178,7 +178,7 @@ fn with_relatives(layout: &Layout, roots: Vec<(usize, DVec3)>) -> Vec<Read> {
 pub fn average_leaves(layout: &Layout, trees: &Trees, reads: &Reads, values: &mut [[f64; 3]]) {
     let leaf_of = |cell: u32, normal: DVec3| {
         let (root, path) = layout.path(cell);
-        (trees.leaf(root, path).0, bits(normal))
+        (trees.leaf(root, path), bits(normal))
     };
     let mut means: HashMap<(usize, [u64; 3]), ([f64; 3], f64)> = HashMap::new();
     for (number, (cell, normal)) in reads.iter().enumerate() {

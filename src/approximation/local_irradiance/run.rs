@@ -11,7 +11,7 @@ use super::layout::{Layout, cells_needed, kind};
 use super::ledger;
 use super::object::SpecularObject;
 use super::prepare::{adapted_radii, even_radii};
-use super::scenery::{Kept, Scenery, part};
+use super::scenery::{Kept, Reading, Scenery, part};
 use super::settings::Settings;
 use super::shelf::Shelf;
 use super::variants::{BySteps, Radii, Region, STAGES, Step, Tree};
@@ -194,15 +194,16 @@ impl<'a> Run<'a> {
     /// Reads the tables at all places of the sensor.
     pub(super) fn read(&self, scenery: &Scenery) -> (Vec<Rgb>, Work) {
         let settings = self.settings;
-        let read = |point: &SensorPoint, work: &mut Work| {
+        let read = |point: &SensorPoint, reading: &mut Reading| {
             let mut sum = Rgb::BLACK;
             for part in &scenery.parts {
                 let (object, layout) = &scenery.objects[part.object];
-                sum += part.read(settings, object, layout, point, work);
+                sum += part.read(settings, object, layout, point, reading);
             }
             sum
         };
-        let (values, mut work, rays) = self.film.evaluate(self.scene, settings.samples, read);
+        let (values, reading, rays) = self.film.evaluate(self.scene, settings.samples, read);
+        let mut work = reading.work;
         work.add_rays(rays);
         (values, work)
     }

@@ -1,8 +1,9 @@
 //! A scene's objects in its lights, and how a frame reads their tables.
 
+use std::cell::Cell;
 use std::collections::HashMap;
+use std::ops::AddAssign;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DMat3, DVec3};
 
@@ -12,7 +13,6 @@ use super::crossing::faded;
 use super::directions::{Blended, Samples};
 use super::lamp::SeenLight;
 use super::layout::Layout;
-use super::leg::Stencil;
 use super::object::SpecularObject;
 use super::settings::Settings;
 use super::shells::Shells;
@@ -103,7 +103,7 @@ impl Part {
         object: &SpecularObject,
         layout: &Layout,
         point: &SensorPoint,
-        work: &mut Work,
+        Reading { work, faces }: &mut Reading,
     ) -> Rgb {
         let away = point.point.position - object.center;
         let distance = away.length();
@@ -135,8 +135,15 @@ impl Part {
             };
             let at = [place, normal];
             let value = if let Some((shells, layers)) = shells {
-                let stencil = || self.turned[number].stencil(shells, map, away, layers);
-                layout.read_at(settings, table, at, &stencil, &self.row, work)
+                let face = &faces[number % Reading::FACES];
+                let three = || self.turned[number].three(shells, map, away, face);
+                let ([inner, outer], _) = layers;
+                let six = || shells.six(three(), layers);
+                let value = (inner != outer).then(|| layout.read_six(table, six, work));
+                value.flatten().unwrap_or_else(|| {
+                    let stencil = || shells.stencil(three(), layers);
+                    layout.read_at(settings, table, at, &stencil, &self.row, work)
+                })
             } else {
                 layout.read(settings, table, at, &self.row, work)
             };
@@ -146,39 +153,53 @@ impl Part {
     }
 }
 
+/// What a thread has read so far.
+#[derive(Default)]
+pub struct Reading {
+    /// Its work.
+    pub work: Work,
+    /// By sample: the face of the icosahedron on which the last place was, most often that of the next one.
+    /// Results do not depend on it. Threads that shared it would wait for one another.
+    faces: [Cell<u32>; Self::FACES],
+}
+
+impl Reading {
+    const FACES: usize = 4;
+}
+
+impl AddAssign for Reading {
+    fn add_assign(&mut self, other: Self) {
+        self.work += other.work;
+    }
+}
+
 /// How places of the world are found on the shells of a sample.
 pub struct Turned {
     /// Weights by the corners of each face, of directions in the world.
     weights: Box<[DMat3; 20]>,
-    /// The face on which the last place was: most often that of the next one. Results do not depend on it.
-    face: AtomicU32,
 }
 
 impl Turned {
     fn new(shells: &Shells, map: DMat3) -> Self {
         Self {
             weights: Box::new(shells.dual().turned(map)),
-            face: AtomicU32::new(0),
         }
     }
 
-    /// The cells around a place that the map takes to the sample's own axes.
+    /// The triangles around a place that the map takes to the sample's own axes, with their shares.
     #[inline]
-    fn stencil(
+    fn three(
         &self,
         shells: &Shells,
         map: &DMat3,
         place: DVec3,
-        layers: ([usize; 2], f64),
-    ) -> Stencil {
-        let last = self.face.load(Ordering::Relaxed);
-        let mut face = last;
+        last: &Cell<u32>,
+    ) -> [(u32, f64); 3] {
+        let mut face = last.get();
         let turn = (map, &*self.weights);
         let three = shells.dual().between_turned(turn, place, &mut face);
-        if face != last {
-            self.face.store(face, Ordering::Relaxed);
-        }
-        shells.stencil(three, layers)
+        last.set(face);
+        three
     }
 }
 

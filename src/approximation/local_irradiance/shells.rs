@@ -209,12 +209,24 @@ impl Shells {
             }
             return stencil;
         }
-        // Of each triangle the inner shell's cell, then the outer one's.
-        Stencil::six(|k| {
-            let (triangle, share) = three[k / 2];
-            let (layer, part) = [(inner, 1.0 - part), (outer, part)][k % 2];
-            (self.index(layer, triangle), share * part)
-        })
+        let mut stencil = Stencil::default();
+        for (cell, share) in self.six(three, ([inner, outer], part)) {
+            stencil.push(cell, share);
+        }
+        stencil
+    }
+
+    /// The cells of three triangles on two shells, with their shares: of each triangle the inner shell's
+    /// cell, then the outer one's.
+    #[inline]
+    pub fn six(
+        &self,
+        [a, b, c]: [(u32, f64); 3],
+        ([inner, outer], part): ([usize; 2], f64),
+    ) -> [(u32, f64); 6] {
+        let low = |(triangle, share)| (self.index(inner, triangle), share * (1.0 - part));
+        let high = |(triangle, share)| (self.index(outer, triangle), share * part);
+        [low(a), high(a), low(b), high(b), low(c), high(c)]
     }
 
     /// The triangles of a shell by the places of their middles.

@@ -8,6 +8,7 @@ use super::object::SpecularObject;
 use super::settings::Settings;
 use super::shoot::TASK;
 use super::storage::bytes_each;
+use super::tree::BLOCK_BYTES;
 use super::variants::{Directions, Noise, Normal, Radii, Space, Symmetry, Tables, Tree};
 use crate::run::cost::{TRIPLE, of_frame, texels};
 use crate::run::format::megabytes;
@@ -72,8 +73,10 @@ impl Size {
         let table = match settings.space {
             _ if is_fitted => cells * coefficients * each,
             Space::ShellHarmonics => u64::from(settings.shells) * coefficients * each,
-            // Nodes of 12 bytes, at most one for three leaves, and roots of 4.
-            Space::MultiResolution => cells * (each + 4) + 80 * u64::from(settings.shells),
+            // A block has 64 cells, or what a root has of these; whole cubes may be eight times the cells.
+            Space::MultiResolution => {
+                cells * each + BLOCK_BYTES * (cells / 8 + 20 * u64::from(settings.shells))
+            }
             _ => cells * each,
         };
         let fitted = if is_fitted {
@@ -81,7 +84,7 @@ impl Size {
         } else {
             0
         };
-        // A tree while it is built: ranges and lists of children. Those of cubes are whole.
+        // A tree while it is built: ranges of 88 bytes, in a list that grows. Those of cubes are whole.
         let merged = match (settings.space, settings.tree) {
             (Space::MultiResolution, Tree::Shells) => 160 * cells,
             (Space::MultiResolution, Tree::Grid) => {
@@ -98,9 +101,13 @@ impl Size {
         if settings.space == Space::ShellHarmonics {
             fits += fit(triangles);
         }
-        // The borders of a shell's triangles, their corners and neighbours, and the ways to them.
+        // Of each object: the borders of a shell's triangles, their corners and neighbours, and the ways to
+        // them; polygons along the 30 edges of the icosahedron; and for each sample that is read a matrix for
+        // each of 20 faces.
         let shell = match kind(settings) {
-            Some(Tree::Shells) => 280 * triangles,
+            Some(Tree::Shells) => {
+                280 * triangles + 340 * (30 << settings.shell_level) + 20 * 72 * all.min(3 * lights)
+            }
             _ => 0,
         };
         // Tables of one frame are made together: their sums, those of half of the photons more, and a copy.
@@ -132,7 +139,7 @@ impl Size {
                 + fitted
                 + merged
                 + fits
-                + shell
+                + shell.saturating_mul(objects)
                 + together.saturating_mul(objects),
             last: if objects > 0 { table } else { 0 },
             samples: objects.saturating_mul(needed),

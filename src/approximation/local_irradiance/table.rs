@@ -186,10 +186,9 @@ impl Layout {
                 let stencil = stencil();
                 sum = leaves.sum(stencil.iter().map(|(cell, weight)| {
                     let (root, path) = self.path(cell);
-                    let (leaf, nodes) = trees.leaf(root, path);
-                    work.nodes += nodes;
-                    (leaf, weight)
+                    (trees.leaf(root, path), weight)
                 }));
+                work.nodes += stencil.cells().len() as u64;
                 count(work, stencil.cells().len(), leaves);
             }
             Form::Shells(stored) => sum = self.on_shells(settings, stored, place, work),
@@ -219,6 +218,40 @@ impl Layout {
         sum
     }
 
+    /// As [`read`](Self::read), from three triangles' cells on a shell, each followed by that on the next
+    /// shell, with their shares: `None` if the table has other numbers than
+    /// one a cell or leaf. A number of cells that is known makes loops without branches.
+    #[inline]
+    pub fn read_six(
+        &self,
+        table: &Table,
+        six: impl Fn() -> [(u32, f64); 6],
+        work: &mut Work,
+    ) -> Option<Rgb> {
+        match &table.form {
+            Form::Cells(stored) => {
+                count(work, 6, stored);
+                Some(stored.sum(six().iter().map(|(cell, weight)| (*cell as usize, *weight))))
+            }
+            Form::Trees { trees, leaves } => {
+                count(work, 6, leaves);
+                work.nodes += 6;
+                let [a, b, c, d, e, f] = six();
+                let two = |[inner, outer]: [(u32, f64); 2]| {
+                    // The same way on the next shell, which has roots of its own.
+                    let (root, path) = self.path(inner.0);
+                    [
+                        (trees.leaf(root, path), inner.1),
+                        (trees.leaf(root + 20, path), outer.1),
+                    ]
+                };
+                let pairs = [two([a, b]), two([c, d]), two([e, f])];
+                Some(leaves.sum(pairs.as_flattened().iter().copied()))
+            }
+            _ => None,
+        }
+    }
+
     fn on_shells(
         &self,
         settings: &Settings,
@@ -226,25 +259,42 @@ impl Layout {
         place: DVec3,
         work: &mut Work,
     ) -> Rgb {
-        /// The largest order squared.
-        const MOST: usize = 1024;
+        let number = (settings.order * settings.order) as usize;
+        // Zeros for more would take longer than all else.
+        if number <= 36 {
+            self.on_shells_by(&mut [0.0; 36][..number], stored, place, work)
+        } else {
+            self.on_shells_by(&mut [0.0; MOST_HARMONICS][..number], stored, place, work)
+        }
+    }
+
+    #[inline]
+    fn on_shells_by(
+        &self,
+        harmonics: &mut [f64],
+        stored: &Stored,
+        place: DVec3,
+        work: &mut Work,
+    ) -> Rgb {
         let (Some(Cells::Shells(shells)), Some(basis)) = (&self.cells, &self.harmonics) else {
             return Rgb::BLACK;
         };
-        let number = (settings.order * settings.order) as usize;
-        let mut harmonics = [0.0; MOST];
-        basis.write(place.normalize_or(DVec3::Z), &mut harmonics[..number]);
+        let number = harmonics.len();
+        basis.write(place.normalize_or(DVec3::Z), harmonics);
         let ([inner, outer], part) = shells.between(place.length());
         let mut sum = Rgb::BLACK;
         for (layer, weight) in [(inner, 1.0 - part), (outer, part)] {
             if weight > 0.0 {
-                sum += stored.sum_from(layer * number, &harmonics[..number]) * weight;
+                sum += stored.sum_from(layer * number, harmonics) * weight;
                 count(work, number, stored);
             }
         }
         sum
     }
 }
+
+/// The largest order squared.
+const MOST_HARMONICS: usize = 1024;
 
 #[inline]
 fn count(work: &mut Work, fetches: usize, stored: &Stored) {

@@ -1,27 +1,32 @@
 //! Trees of cells that are merged where a caustic is even (section 4.3).
 
 /// Trees over cells, each with the same number of children and of levels.
+///
+/// Leaves are in the order of their cells, so that a bit a cell says which leaf it is in: set if a leaf
+/// starts there. A leaf's number is the count of bits up to its cell.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trees {
     branches: u32,
     levels: u32,
-    roots: Vec<u32>,
-    nodes: Vec<Node>,
+    roots: usize,
+    /// A root has two to this cells, and bits of cells that are not there up to a whole block.
+    shift: u32,
+    blocks: Vec<Block>,
 }
 
-/// A node whose cells are not merged.
+/// Cells that follow each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Node {
-    /// A bit for each child: true if it has children itself.
-    is_inner: u8,
-    /// The first of those that have children, in the list of nodes.
-    first_inner: u32,
-    /// The first of the others, in the list of leaves.
-    first_leaf: u32,
+struct Block {
+    /// A bit for each cell: true if a leaf starts there. The lowest are in the first word.
+    starts: [u32; 2],
+    /// Leaves that start before this block.
+    before: u32,
 }
 
-/// Bit of a root that is a leaf itself.
-const LEAF: u32 = 1 << 31;
+/// Cells of a block, as a power of two.
+const BLOCK: u32 = 6;
+/// Bytes of a block.
+pub const BLOCK_BYTES: u64 = size_of::<Block>() as u64;
 
 /// The largest, the least and the sum of some cells' numbers.
 #[derive(Clone, Copy, Debug)]
@@ -60,12 +65,6 @@ impl Range {
     }
 }
 
-/// A subtree while it is built.
-enum Part {
-    Leaf,
-    Inner(Vec<(Range, Part)>),
-}
-
 impl Trees {
     /// The trees over `roots` times `branches`^`levels` cells, and the means of their leaves.
     ///
@@ -77,39 +76,40 @@ impl Trees {
         tolerance: f64,
         value: impl Fn(usize, u64) -> Option<[f64; 3]>,
     ) -> (Self, Vec<[f64; 3]>) {
+        let shift = shift([branches, levels]);
         let mut trees = Self {
             branches,
             levels,
-            ..Self::default()
+            roots,
+            shift,
+            blocks: vec![Block::default(); roots << (shift - BLOCK)],
         };
         let mut leaves = Vec::new();
+        // The leaves of a root, by the way to their first cells.
+        let mut found: Vec<(u64, Range)> = Vec::new();
         for root in 0..roots {
-            let (range, part) = trees.part(root, 0, 0, tolerance, &value);
-            let entry = match part {
-                Part::Leaf => {
-                    leaves.push(range.mean());
-                    (leaves.len() - 1) as u32 | LEAF
-                }
-                Part::Inner(children) => {
-                    let node = trees.nodes.len();
-                    trees.nodes.push(Node::default());
-                    trees.add(node, children, &mut leaves);
-                    node as u32
-                }
-            };
-            trees.roots.push(entry);
+            trees.merge(root, 0, 0, tolerance, &value, &mut found);
+            for (path, range) in found.drain(..) {
+                let bit = (path & ((1 << BLOCK) - 1)) as usize;
+                let block = trees.block(root, path);
+                trees.blocks[block].starts[bit / 32] |= 1 << (bit % 32);
+                leaves.push(range.mean());
+            }
         }
+        trees.count();
         (trees, leaves)
     }
 
-    fn part(
+    /// Adds the leaves below a node; true if it is one itself.
+    fn merge(
         &self,
         root: usize,
         level: u32,
         path: u64,
         tolerance: f64,
         value: &impl Fn(usize, u64) -> Option<[f64; 3]>,
-    ) -> (Range, Part) {
+        found: &mut Vec<(u64, Range)>,
+    ) -> bool {
         if level == self.levels {
             let range = value(root, path).map_or(Range::NONE, |value| Range {
                 least: value,
@@ -117,146 +117,129 @@ impl Trees {
                 sum: value,
                 cells: 1,
             });
-            return (range, Part::Leaf);
+            found.push((path, range));
+            return true;
         }
-        let children: Vec<(Range, Part)> = (0..u64::from(self.branches))
-            .map(|child| {
-                let path = path * u64::from(self.branches) + child;
-                self.part(root, level + 1, path, tolerance, value)
-            })
-            .collect();
-        let range = children
-            .iter()
-            .fold(Range::NONE, |all, (range, _)| all.union(*range));
-        let are_leaves = children.iter().all(|(_, part)| matches!(part, Part::Leaf));
-        if are_leaves && range.is_even(tolerance) {
-            (range, Part::Leaf)
-        } else {
-            (range, Part::Inner(children))
+        let first = found.len();
+        let mut are_leaves = true;
+        for child in 0..u64::from(self.branches) {
+            let path = path * u64::from(self.branches) + child;
+            are_leaves &= self.merge(root, level + 1, path, tolerance, value, found);
         }
+        let children = found[first..].iter();
+        let all = children.fold(Range::NONE, |all, (_, range)| all.union(*range));
+        let is_leaf = are_leaves && all.is_even(tolerance);
+        if is_leaf {
+            found.truncate(first + 1);
+            found[first].1 = all;
+        }
+        is_leaf
     }
 
-    /// Adds the children of a node: those with children lie together, and so do leaves.
-    fn add(&mut self, node: usize, children: Vec<(Range, Part)>, leaves: &mut Vec<[f64; 3]>) {
-        let (first_inner, first_leaf) = (self.nodes.len() as u32, leaves.len() as u32);
-        let mut is_inner = 0;
-        let mut inner = Vec::new();
-        for (child, (range, part)) in children.into_iter().enumerate() {
-            match part {
-                Part::Leaf => leaves.push(range.mean()),
-                Part::Inner(children) => {
-                    is_inner |= 1 << child;
-                    inner.push(children);
-                }
-            }
+    /// Counts the leaves before each block, and returns that of all.
+    fn count(&mut self) -> u32 {
+        let mut before = 0;
+        for block in &mut self.blocks {
+            block.before = before;
+            before += block.starts.map(u32::count_ones).iter().sum::<u32>();
         }
-        self.nodes[node] = Node {
-            is_inner,
-            first_inner,
-            first_leaf,
-        };
-        let end = self.nodes.len() + inner.len();
-        self.nodes.resize(end, Node::default());
-        for (place, children) in inner.into_iter().enumerate() {
-            self.add(first_inner as usize + place, children, leaves);
-        }
+        before
     }
 
-    /// The leaf that a cell is in, and the number of nodes on the way.
     #[inline]
-    pub fn leaf(&self, root: usize, path: u64) -> (usize, u64) {
-        let entry = self.roots[root];
-        if entry & LEAF != 0 {
-            return ((entry & !LEAF) as usize, 1);
-        }
-        let bits = self.branches.trailing_zeros();
-        let mut node = self.nodes[entry as usize];
-        let mut level = 1;
-        loop {
-            let child = (path >> (bits * (self.levels - level))) as u32 & (self.branches - 1);
-            let before = u32::from(node.is_inner) & ((1 << child) - 1);
-            if u32::from(node.is_inner) >> child & 1 == 0 {
-                let leaf = node.first_leaf + child - before.count_ones();
-                return (leaf as usize, u64::from(level) + 1);
-            }
-            node = self.nodes[(node.first_inner + before.count_ones()) as usize];
-            level += 1;
-        }
+    fn block(&self, root: usize, path: u64) -> usize {
+        (root << (self.shift - BLOCK)) + (path >> BLOCK) as usize
     }
 
-    /// The roots that have children, and each node's bits of children that have some themselves: all else
-    /// follows from the order in which trees are built.
-    pub fn shape(&self) -> (Vec<bool>, Vec<u8>) {
-        let roots = self.roots.iter().map(|root| root & LEAF == 0).collect();
-        (roots, self.nodes.iter().map(|node| node.is_inner).collect())
+    /// The leaf that a cell is in.
+    #[inline]
+    pub fn leaf(&self, root: usize, path: u64) -> usize {
+        let block = &self.blocks[self.block(root, path)];
+        let [low, high] = block.starts.map(u64::from);
+        let up_to = u64::MAX >> (63 - (path & ((1 << BLOCK) - 1)));
+        let starts = ((low | high << 32) & up_to).count_ones();
+        // Each root starts with a leaf.
+        (block.before + starts - 1) as usize
     }
 
-    /// The trees of a [`shape`](Self::shape), and the number of their leaves; `None` if it is that of none.
-    pub fn of_shape(
-        [branches, levels]: [u32; 2],
-        roots: &[u8],
-        nodes: &[u8],
+    /// The bits of cells at which leaves start, block by block: all else follows from these.
+    pub fn starts(&self) -> impl ExactSizeIterator<Item = [u32; 2]> + '_ {
+        self.blocks.iter().map(|block| block.starts)
+    }
+
+    /// The trees of some [`starts`](Self::starts), and the number of their leaves; `None` if these are those
+    /// of none.
+    pub fn of_starts(
+        form: [u32; 2],
+        roots: usize,
+        starts: impl ExactSizeIterator<Item = [u32; 2]>,
     ) -> Option<(Self, u64)> {
+        let shift = shift(form);
+        if starts.len() != blocks(form, roots) {
+            return None;
+        }
+        let [branches, levels] = form;
         let mut trees = Self {
             branches,
             levels,
-            ..Self::default()
+            roots,
+            shift,
+            blocks: starts.map(|starts| Block { starts, before: 0 }).collect(),
         };
-        let mut leaves = 0;
-        for root in roots {
-            match root {
-                0 => {
-                    trees.roots.push(leaves | LEAF);
-                    leaves += 1;
-                }
-                1 => {
-                    trees.roots.push(trees.nodes.len() as u32);
-                    trees.nodes.push(Node::default());
-                    let node = trees.nodes.len() - 1;
-                    trees.fill(node, 1, nodes, &mut leaves)?;
-                }
-                _ => return None,
+        for root in 0..roots {
+            if !trees.is_whole(root, 0, 0) {
+                return None;
             }
         }
-        (trees.nodes.len() == nodes.len()).then_some((trees, u64::from(leaves)))
+        let leaves = trees.count();
+        Some((trees, u64::from(leaves)))
     }
 
-    /// Adds a node's children in the order of [`add`](Self::add).
-    fn fill(&mut self, node: usize, level: u32, nodes: &[u8], leaves: &mut u32) -> Option<()> {
-        let is_inner = *nodes.get(node)?;
-        let is_deep = level > self.levels || level == self.levels && is_inner != 0;
-        if is_deep || u32::from(is_inner) >> self.branches != 0 {
-            return None;
-        }
-        let (first_inner, first_leaf) = (self.nodes.len() as u32, *leaves);
-        self.nodes[node] = Node {
-            is_inner,
-            first_inner,
-            first_leaf,
+    /// True if a node's bits are those of a tree: its first cell starts a leaf, and if any other does, each
+    /// of its children is whole. Bits of cells that are not there are 0.
+    fn is_whole(&self, root: usize, level: u32, first: u64) -> bool {
+        let below = self.levels - level;
+        let cells = u64::from(self.branches).pow(below);
+        let padded = if level == 0 { 1 << self.shift } else { cells };
+        let is_start = |cell: u64| {
+            let block = &self.blocks[self.block(root, cell)];
+            let bit = cell & ((1 << BLOCK) - 1);
+            block.starts[bit as usize / 32] >> (bit % 32) & 1 == 1
         };
-        *leaves += self.branches - is_inner.count_ones();
-        let end = self.nodes.len() + is_inner.count_ones() as usize;
-        if end > nodes.len() {
-            return None;
+        if !is_start(first) || (first + cells..first + padded).any(is_start) {
+            return false;
         }
-        self.nodes.resize(end, Node::default());
-        (first_inner as usize..end).try_for_each(|node| self.fill(node, level + 1, nodes, leaves))
+        let is_leaf = !(first + 1..first + cells).any(is_start);
+        let child = cells / u64::from(self.branches);
+        is_leaf
+            || (0..u64::from(self.branches))
+                .all(|number| self.is_whole(root, level + 1, first + number * child))
     }
 
-    /// Bytes beside the leaves', as a frame reads them: 9 a node, and 4 a root.
+    /// Bytes beside the leaves', as a frame reads them.
     pub fn bytes(&self) -> u64 {
-        9 * self.nodes.len() as u64 + 4 * self.roots.len() as u64
+        BLOCK_BYTES * self.blocks.len() as u64
     }
 
-    /// The children of a node.
-    pub fn branches(&self) -> u32 {
-        self.branches
+    /// The children of a node, and the levels below a root.
+    pub fn form(&self) -> [u32; 2] {
+        [self.branches, self.levels]
     }
 
-    /// The levels below a root.
-    pub fn levels(&self) -> u32 {
-        self.levels
+    /// Roots.
+    pub fn roots(&self) -> usize {
+        self.roots
     }
+}
+
+/// The cells of a root as a power of two: whole blocks.
+fn shift([branches, levels]: [u32; 2]) -> u32 {
+    (branches.trailing_zeros() * levels).max(BLOCK)
+}
+
+/// Blocks of trees.
+pub fn blocks(form: [u32; 2], roots: usize) -> usize {
+    roots << (shift(form) - BLOCK)
 }
 
 #[cfg(test)]
@@ -278,9 +261,8 @@ mod tests {
         let (trees, leaves) = Trees::new([4, 3], 2, 0.0, value);
         for root in 0..2 {
             for path in 0..63 {
-                let (leaf, nodes) = trees.leaf(root, path);
+                let leaf = trees.leaf(root, path);
                 assert_eq!(Some(leaves[leaf]), value(root, path), "{root} {path}");
-                assert!((1..=4).contains(&nodes));
             }
         }
         // Root 0 is one leaf. Of root 1 all is merged but the first sixteenth, whose first quarter and the
@@ -289,25 +271,41 @@ mod tests {
     }
 
     #[test]
-    fn trees_come_back_from_their_shape_and_others_are_refused() {
-        for (form, roots) in [([4, 3], 2), ([8, 2], 1)] {
+    fn trees_come_back_from_their_bits_and_others_are_refused() {
+        for (form, roots) in [([4, 3], 2), ([8, 2], 1), ([4, 2], 3), ([8, 3], 2)] {
             let (trees, leaves) = Trees::new(form, roots, 0.0, value);
-            let (roots, nodes) = trees.shape();
-            let roots: Vec<u8> = roots.into_iter().map(u8::from).collect();
-            let back = Trees::of_shape(form, &roots, &nodes);
-            assert_eq!(back, Some((trees, leaves.len() as u64)));
-            if nodes.is_empty() {
-                continue;
+            let starts: Vec<[u32; 2]> = trees.starts().collect();
+            let of = |starts: &[[u32; 2]]| Trees::of_starts(form, roots, starts.iter().copied());
+            assert_eq!(of(&starts), Some((trees, leaves.len() as u64)));
+            // A block too few, and one too many.
+            assert_eq!(of(&starts[1..]), None);
+            assert_eq!(of(&[&starts[..], &[[1, 0]]].concat()), None);
+            for block in 0..starts.len() {
+                for bit in 0..64 {
+                    let mut other = starts.clone();
+                    other[block][bit / 32] ^= 1 << (bit % 32);
+                    let cells = form[0].pow(form[1]) as usize;
+                    let at = 64 * block + bit;
+                    // No leaf at a root, and one at a cell that is not there.
+                    let is_missing = bit >= cells;
+                    if at % cells.max(64) == 0 || is_missing {
+                        assert_eq!(of(&other), None, "{form:?} {at}");
+                    }
+                    // Of others each is a tree whose bits they are, or none.
+                    if let Some((back, _)) = of(&other) {
+                        assert!(back.starts().eq(other));
+                    }
+                }
             }
-            // A node too few, one too many, one below the last level.
-            assert_eq!(
-                Trees::of_shape(form, &roots, &nodes[..nodes.len() - 1]),
-                None
-            );
-            let more = [&nodes[..], &[0]].concat();
-            assert_eq!(Trees::of_shape(form, &roots, &more), None);
-            assert_eq!(Trees::of_shape([form[0], 1], &roots, &nodes), None);
-            assert_eq!(Trees::of_shape(form, &vec![2; roots.len()], &nodes), None);
+            // The second cell alone starts a leaf: its sisters have none.
+            let mut odd = vec![[0, 0]; starts.len()];
+            let of_root = starts.len() / roots;
+            odd.iter_mut()
+                .step_by(of_root)
+                .for_each(|block| block[0] = 1);
+            assert!(of(&odd).is_some(), "all is merged");
+            odd[0][0] = 3;
+            assert_eq!(of(&odd), None);
         }
     }
 
@@ -320,7 +318,7 @@ mod tests {
         let (trees, leaves) = Trees::new([8, 2], 3, 0.4, noisy);
         for root in 0..3 {
             for path in 0..64 {
-                let (leaf, _) = trees.leaf(root, path);
+                let leaf = trees.leaf(root, path);
                 let off = leaves[leaf][0] - noisy(root, path).unwrap()[0];
                 assert!(off.abs() <= 0.4 + 1e-12);
             }

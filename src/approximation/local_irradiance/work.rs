@@ -19,7 +19,7 @@ work! {
     queries,
     /// Cells that were read.
     fetches,
-    /// Nodes of trees that were passed.
+    /// Blocks of trees that were read, one a fetch.
     nodes,
     /// Bytes that were read.
     bytes,
