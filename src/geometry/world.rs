@@ -263,8 +263,9 @@ impl World {
 }
 
 impl World {
-    /// True if `test(face, corners)` holds for any face of a mesh that is between all pairs of planes, and perhaps for others
-    /// near them; false if the shape is no mesh. Among faces at the same place only one is asked about.
+    /// True if `test(face, corners)` holds for any face of a mesh that is between all pairs of planes, and
+    /// perhaps for others near them; false if the shape is no mesh. Among faces at the same place only one is
+    /// asked about.
     pub fn any_face(
         &self,
         shape: u32,

@@ -166,8 +166,8 @@ pub(super) enum Part {
     PhotonMap,
 }
 
-/// All methods, one after the other: of the parts that are followed from emitters, by beams so many signatures
-/// at once, and of so many classes by paths.
+/// All methods, one after the other: of the parts that are followed from emitters, by beams so many
+/// signatures at once, and of so many classes by paths.
 pub(super) fn full(
     followed: &[Part],
     together: u64,

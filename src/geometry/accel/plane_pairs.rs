@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{
     lanes::{Lanes, WIDTH},
     ray::NARROW_ROUNDOFF,
-    tree::TreeNode,
+    tree::{BoxTree, Child, Stack, TreeNode},
     tree_frame::TreeFrame,
 };
 use crate::geometry::{PlanePair, rounding::UNIT_ROUNDOFF};
@@ -88,6 +88,35 @@ impl LocalPlanePairs {
     }
 }
 
+impl BoxTree {
+    /// True if `leaf(position in the order)` holds for any primitive of a leaf whose box may be between all
+    /// pairs of planes.
+    pub(in crate::geometry) fn any_between_planes(
+        &self,
+        pairs: impl Iterator<Item = PlanePair>,
+        mut leaf: impl FnMut(usize) -> bool,
+    ) -> bool {
+        let pairs = LocalPlanePairs::new(&self.frame, pairs);
+        let mut stack = Stack::new();
+        stack.push(Child::node(0));
+        while let Some((_, next)) = stack.pop() {
+            if let Some(index) = next.as_leaf() {
+                if self.leaf_range(index).any(&mut leaf) {
+                    return true;
+                }
+                continue;
+            }
+            let node = &self.nodes[next.0 as usize];
+            let mut inside = node.children_in(&pairs);
+            while inside != 0 {
+                stack.push(node.children[inside.trailing_zeros() as usize]);
+                inside &= inside - 1;
+            }
+        }
+        false
+    }
+}
+
 impl TreeNode {
     /// A bit for each child, which is set if its box may be between all pairs of planes; to be compiled for
     /// each set of registers.
@@ -120,7 +149,6 @@ const _: () = assert!(WIDTH <= u32::BITS as usize);
 
 #[cfg(test)]
 mod tests {
-    use super::super::tree::BoxTree;
     use super::*;
     use crate::geometry::Bounds;
     use proptest::prelude::*;

@@ -6,11 +6,10 @@ use glam::DVec3;
 
 use super::{
     lanes::{Lanes, WIDTH},
-    plane_pairs::LocalPlanePairs,
     ray::LocalRay,
     tree_frame::TreeFrame,
 };
-use crate::geometry::{Bounds, PlanePair, Ray};
+use crate::geometry::{Bounds, Ray};
 
 /// Eight boxes and their contents. A missing child has an empty box.
 #[derive(Clone, Debug)]
@@ -23,7 +22,7 @@ pub(super) struct TreeNode {
 
 /// A node's or a leaf's index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Child(u32);
+pub(super) struct Child(pub u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
@@ -39,7 +38,7 @@ impl Child {
     }
 
     #[inline]
-    fn as_leaf(self) -> Option<usize> {
+    pub(super) fn as_leaf(self) -> Option<usize> {
         (self.0 & Self::LEAF != 0).then_some((self.0 & !Self::LEAF) as usize)
     }
 }
@@ -178,32 +177,6 @@ impl BoxTree {
         false
     }
 
-    /// True if `leaf(position in the order)` holds for any primitive of a leaf whose box may be between all pairs of planes.
-    pub(in crate::geometry) fn any_between_planes(
-        &self,
-        pairs: impl Iterator<Item = PlanePair>,
-        mut leaf: impl FnMut(usize) -> bool,
-    ) -> bool {
-        let pairs = LocalPlanePairs::new(&self.frame, pairs);
-        let mut stack = Stack::new();
-        stack.push(Child::node(0));
-        while let Some((_, next)) = stack.pop() {
-            if let Some(index) = next.as_leaf() {
-                if self.leaf_range(index).any(&mut leaf) {
-                    return true;
-                }
-                continue;
-            }
-            let node = &self.nodes[next.0 as usize];
-            let mut inside = node.children_in(&pairs);
-            while inside != 0 {
-                stack.push(node.children[inside.trailing_zeros() as usize]);
-                inside &= inside - 1;
-            }
-        }
-        false
-    }
-
     pub(in crate::geometry) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.nodes) + size_of_val(&*self.leaf_starts) + size_of_val(&*self.order)
     }
@@ -249,7 +222,7 @@ impl TreeNode {
 /// Children still to be visited, with the distances at which the ray enters them.
 ///
 /// The array is of fixed size, as nearly all searches need no more; the rest goes to the heap.
-struct Stack {
+pub(super) struct Stack {
     fixed: [(f32, Child); Self::FIXED],
     used: usize,
     spilled: Vec<(f32, Child)>,
@@ -259,7 +232,7 @@ impl Stack {
     const FIXED: usize = 48;
 
     #[inline]
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             fixed: [(0.0, Child(0)); Self::FIXED],
             used: 0,
@@ -274,7 +247,7 @@ impl Stack {
 
     /// Pushes a child whose distance does not matter.
     #[inline]
-    fn push(&mut self, child: Child) {
+    pub(super) fn push(&mut self, child: Child) {
         self.push_sorted(self.used, 0.0, child);
     }
 
@@ -296,7 +269,7 @@ impl Stack {
     }
 
     #[inline]
-    fn pop(&mut self) -> Option<(f32, Child)> {
+    pub(super) fn pop(&mut self) -> Option<(f32, Child)> {
         if self.used > 0 {
             self.used -= 1;
             Some(self.fixed[self.used])
