@@ -8,8 +8,8 @@ use crate::geometry::{Hull, PlanePair, Shape};
 
 impl Clearance<'_> {
     /// True if any of the watched shapes may be in a hull, and between all pairs of planes. For flat faces
-    /// there, `is_in_the_way` decides by shape and face (0 for a rectangle). The caller knows planes and edges
-    /// better.
+    /// there, `is_in_the_way` decides by shape and face (0 for a rectangle). The caller knows planes and
+    /// edges better.
     pub fn may_be_between<const K: usize>(
         &self,
         hull: &Hull<K>,
