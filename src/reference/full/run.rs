@@ -63,6 +63,10 @@ type Part = (Estimate, PartDetail);
 /// way that does know something keeps what it has, and the rest of its time is the next parts'.
 const FIRST_WAY: f64 = 0.6;
 
+/// The part of the whole time that paths have at least, even if those before them took longer than their
+/// shares: without any replicate of paths nothing is known of the image.
+const LEAST_OF_PATHS: f64 = 0.1;
+
 /// Photons of a map in the second way. It takes the fewest replicates that have a scatter worth its name.
 const SMALL_MAP: u64 = 1 << 10;
 const FEW_REPLICATES: u32 = 4;
@@ -146,7 +150,8 @@ pub fn run(
         followed.push(report.take(finder, of_part, part));
     }
     progress.begin_part();
-    let part = run.by_paths(classes, share(1))?;
+    let least = budget.time.map(|time| time.mul_f64(LEAST_OF_PATHS));
+    let part = run.by_paths(classes, share(1).max(least))?;
     let mut estimate = report.take(Finder::Path, classes, part);
     for part in followed {
         estimate = estimate.and(part)?;
