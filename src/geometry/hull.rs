@@ -285,6 +285,13 @@ impl<const K: usize> Hull<K> {
             }))
     }
 
+    /// True if a triangle may overlap it.
+    #[inline]
+    pub fn may_overlap_face(&self, corners: &[DVec3; 3]) -> bool {
+        let [a, b, c] = *corners;
+        self.may_overlap_points(corners, &[(b - a).cross(c - a)])
+    }
+
     /// True if an elliptic disc with these half axes may overlap it.
     pub fn may_overlap_disk(&self, center: DVec3, [u, v]: [DVec3; 2]) -> bool {
         let apart = |low: f64, high: f64, along: DVec3| {

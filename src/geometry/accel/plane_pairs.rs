@@ -14,7 +14,7 @@ use crate::geometry::{PlanePair, rounding::UNIT_ROUNDOFF};
 ///
 /// # The error bound
 ///
-/// In the frame, boxes have coordinates of at most 1. Let u = 2⁻²⁴. A corner's product with the unit vector a
+/// In the frame, boxes have coordinates of at most 1, or 1 + 2u by rounding. Let u = 2⁻²⁴. A corner's product with the unit vector a
 /// is a sum of three terms: aₖ is rounded, the product is, and two sums are. That is 4u Σ|aₖ| ≤ 7u at most.
 /// Places of planes are rounded once, by 2u: those further out than 2 decide nothing, as products are no more
 /// than √3. A margin of 16u covers all, and one of their `f64` computation is added.
@@ -79,7 +79,7 @@ impl LocalPlanePairs {
             all: [LocalPlanePair::EVERYWHERE; Self::MOST],
             count: 0,
         };
-        let telling = pairs.filter(|pair| pair.along != DVec3::ZERO);
+        let telling = pairs.filter(|pair| pair.along.is_finite() && pair.along != DVec3::ZERO);
         for (place, pair) in local.all.iter_mut().zip(telling) {
             *place = LocalPlanePair::new(frame, &pair);
             local.count += 1;
@@ -157,6 +157,17 @@ mod tests {
         [-size..size, -size..size, -size..size].prop_map(DVec3::from_array)
     }
 
+    /// Directions of all kinds, those of coordinates among them.
+    fn normal() -> impl Strategy<Value = DVec3> {
+        let upright = vec![
+            DVec3::X,
+            DVec3::NEG_Y,
+            DVec3::Z,
+            DVec3::new(-0.0, 1.0, -1.0),
+        ];
+        prop_oneof![point(1.0), prop::sample::select(upright)]
+    }
+
     /// The boxes of the leaves that may be between the planes, by number.
     fn found(boxes: &[Bounds], pairs: &[PlanePair]) -> Vec<usize> {
         let tree = BoxTree::new(boxes);
@@ -175,7 +186,7 @@ mod tests {
         #[test]
         fn no_box_that_touches_all_planes_is_lost(
             boxes in prop::collection::vec((point(1.0), point(0.1)), 1..60),
-            normals in [point(1.0), point(1.0), point(1.0)],
+            normals in [normal(), normal(), normal()],
             through in prop::sample::select(vec![0_usize, 7, 31, 59]),
             corner in 0_usize..8,
             far in prop::sample::select(vec![0.0, 1e3, 1e9]),
@@ -236,6 +247,29 @@ mod tests {
     }
 
     #[test]
+    fn of_two_heaps_far_apart_only_the_one_between_the_planes_is_visited() {
+        let boxes: Vec<Bounds> = (0..200)
+            .map(|i| {
+                let at = DVec3::new(f64::from(i % 10), f64::from(i / 10 % 10), 0.0);
+                let heap = DVec3::ONE * f64::from(i / 100) * 100.0;
+                Bounds::from_points([at + heap, at + heap + 0.5])
+            })
+            .collect();
+        let along = DVec3::ONE.normalize();
+        // The first heap is 0 to 11.3 along the diagonal, the second 173 and more.
+        let pair = PlanePair {
+            along,
+            low: -1.0,
+            high: 20.0,
+        };
+        let found = found(&boxes, &[pair]);
+        let first = found.iter().filter(|&&number| number < 100).count();
+        assert_eq!(first, 100);
+        // One leaf at most has boxes of both heaps, and it has eight boxes.
+        assert!(found.len() <= 107, "{}", found.len());
+    }
+
+    #[test]
     fn pairs_without_direction_or_numbers_hold_all_boxes() {
         let boxes: Vec<Bounds> = (0..20)
             .map(|i| Bounds::from_points([DVec3::splat(f64::from(i))]))
@@ -245,10 +279,15 @@ mod tests {
             low: f64::NAN,
             high: f64::NAN,
         };
+        let nowhere = PlanePair {
+            along: DVec3::Y * f64::NAN,
+            ..unknown
+        };
+        let endless = PlanePair::above(DVec3::Z * f64::INFINITY, 0.0);
         for pairs in [
             &[][..],
             &[PlanePair::EVERYWHERE],
-            &[unknown],
+            &[unknown, nowhere, endless],
             &[unknown; 40],
         ] {
             assert_eq!(found(&boxes, pairs).len(), boxes.len());

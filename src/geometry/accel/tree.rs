@@ -22,7 +22,7 @@ pub(super) struct TreeNode {
 
 /// A node's or a leaf's index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Child(pub u32);
+pub(super) struct Child(pub(super) u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;

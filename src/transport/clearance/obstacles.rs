@@ -25,8 +25,7 @@ impl Clearance<'_> {
             Shape::Disk(disk) => hull.may_overlap_disk(disk.center(), disk.half_axes()),
             Shape::Cylinder(tube) => tube_may_be_in_the_way(hull, tube),
             Shape::Mesh(_) => world.any_face(shape, hull.plane_pairs(), |_, corners| {
-                let [a, b, c] = *corners;
-                hull.may_overlap_points(corners, &[(b - a).cross(c - a)])
+                hull.may_overlap_face(corners)
             }),
         }
     }

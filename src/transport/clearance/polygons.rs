@@ -7,9 +7,9 @@ use super::legs::{CameraSight, Leg, LegContact, way_out};
 use crate::geometry::{Hull, PlanePair, Shape};
 
 impl Clearance<'_> {
-    /// True if any of the watched shapes may be in a hull, and between all pairs of planes. For flat faces
-    /// there, `is_in_the_way` decides by shape and face (0 for a rectangle). The caller knows planes and
-    /// edges better.
+    /// True if any of the watched shapes may be in a hull. Flat faces are in it only if they may be between all
+    /// pairs of planes, too. There `is_in_the_way` decides by shape and face (0 for a rectangle): the caller
+    /// knows planes and edges better.
     pub fn may_be_between<const K: usize>(
         &self,
         hull: &Hull<K>,
@@ -18,10 +18,7 @@ impl Clearance<'_> {
         mut is_in_the_way: impl FnMut(u32, u32) -> bool,
     ) -> bool {
         let world = self.scene.world();
-        let may_be_there = |corners: &[DVec3], normal: DVec3| {
-            !pairs.iter().any(|pair| pair.is_beside(corners))
-                && hull.may_overlap_points(corners, &[normal])
-        };
+        let is_beside = |corners: &[DVec3]| pairs.iter().any(|pair| pair.is_beside(corners));
         self.surfaces.iter().enumerate().any(|(index, surface)| {
             let shape = index as u32;
             if surface.passed || !is_watched(shape) || apart(&surface.bounds, hull.bounds()) {
@@ -32,12 +29,14 @@ impl Clearance<'_> {
                     shape,
                     hull.plane_pairs().chain(pairs.iter().copied()),
                     |face, corners| {
-                        let [a, b, c] = *corners;
-                        may_be_there(corners, (b - a).cross(c - a)) && is_in_the_way(shape, face)
+                        !is_beside(corners)
+                            && hull.may_overlap_face(corners)
+                            && is_in_the_way(shape, face)
                     },
                 ),
                 Shape::Rectangle(rectangle) => {
-                    may_be_there(&rectangle.corners(), rectangle.normal())
+                    !is_beside(&rectangle.corners())
+                        && self.may_be_in_the_way(hull, shape)
                         && is_in_the_way(shape, 0)
                 }
                 _ => self.may_be_in_the_way(hull, shape),

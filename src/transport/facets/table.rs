@@ -149,10 +149,8 @@ impl Facets {
                 _ if scene.material_of(index).is_passed(scene.materials()) => Vec::new(),
                 Shape::Mesh(mesh) if !mesh.has_vertex_normals() => all.add_mesh(index, mesh),
                 Shape::Rectangle(rectangle) => {
-                    let corner = |x, y| rectangle.at_uv(DVec2::new(x, y));
-                    let first = corner(0.0, 0.0);
-                    let outline = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
-                        .map(|(x, y)| corner(x, y).position);
+                    let first = rectangle.at_uv(DVec2::ZERO);
+                    let outline = rectangle.corners();
                     let outline = all.add_corners(&outline);
                     let (axes, normal) = (rectangle.edges(), rectangle.normal());
                     all.add(Facet::new(

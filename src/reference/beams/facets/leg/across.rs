@@ -9,24 +9,30 @@ use crate::transport::facets::table::Facet;
 use crate::transport::screen::Screen;
 
 impl Legs<'_> {
-    /// The space between the planes of the facets that the leg starts and ends on: what is behind them is in
-    /// nobody's way.
+    /// The space between the planes of the facets that the leg starts and ends on. What is before the first or
+    /// beyond the second, or within `flatness` of either, is in nobody's way. A plane that some of the light
+    /// passes the other way, or along, tells nothing.
     pub(super) fn between_ends(&self, from: Option<u32>, goal: Goal) -> [PlanePair; 2] {
+        /// Rounding of a product of unit vectors, a few times.
+        const GRAZING: f64 = 64.0 * f64::EPSILON;
         let facets = self.paths.facets();
         let to = match (goal, self.screen) {
             (Goal::Facet(to), _) => Some(to),
             (Goal::Receiver, Screen::Receiver(receiver)) => facets.of(receiver.shape(), 0),
             _ => None,
         };
-        let first = self.lines[0].ray.direction;
         // The normal on the side that light goes to, and the plane's place along it.
         let ahead = |facet: u32| {
             let plane = facets.get(facet);
+            let first = self.lines.first()?.ray.direction;
             let along = plane.normal() * plane.normal().dot(first).signum();
-            (along, along.dot(plane.origin()))
+            let mut lines = self.lines.iter();
+            lines
+                .all(|line| along.dot(line.ray.direction) > GRAZING)
+                .then(|| (along, along.dot(plane.origin())))
         };
-        let start = from.map(ahead);
-        let end = to.map(ahead);
+        let start = from.and_then(ahead);
+        let end = to.and_then(ahead);
         [
             start.map_or(PlanePair::EVERYWHERE, |(along, at)| {
                 PlanePair::above(along, at + self.flatness)
@@ -37,8 +43,8 @@ impl Legs<'_> {
         ]
     }
 
-    /// The part of the leg's light that may meet a facet near it: 0 if the facet is beside it, `None` if only
-    /// cutting tells.
+    /// The part of the leg's light that may meet a facet which is between its ends and may be in its hull: 0 if
+    /// planes and edges show that none does, `None` if only cutting tells.
     pub(super) fn part_across(&self, facet: u32, allowed: f64) -> Option<f64> {
         let other = self.paths.facets().get(facet);
         let first = self.lines[0].ray.direction;
