@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-/// All points whose dot product with a direction is within a range. A shape is beside it if that shows that the
-/// two have no point in common.
+/// All points whose dot product with a direction is within a range. A shape is beside it if that shows that
+/// the two have no point in common.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanePair {
     /// A unit vector across the planes, or zero if all points are in it.

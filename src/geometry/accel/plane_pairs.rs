@@ -14,10 +14,10 @@ use crate::geometry::{PlanePair, rounding::UNIT_ROUNDOFF};
 ///
 /// # The error bound
 ///
-/// In the frame, boxes have coordinates of at most 1, or 1 + 2u by rounding. Let u = 2⁻²⁴. A corner's product with the unit vector a
-/// is a sum of three terms: aₖ is rounded, the product is, and two sums are. That is 4u Σ|aₖ| ≤ 7u at most.
-/// Places of planes are rounded once, by 2u: those further out than 2 decide nothing, as products are no more
-/// than √3. A margin of 16u covers all, and one of their `f64` computation is added.
+/// In the frame, boxes have coordinates of at most 1, or 1 + 2u by rounding. Let u = 2⁻²⁴. A corner's product
+/// with the unit vector a is a sum of three terms: aₖ is rounded, the product is, and two sums are. That is
+/// 4u Σ|aₖ| ≤ 7u at most. Places of planes are rounded once, by 2u: those further out than 2 decide nothing,
+/// as products are no more than √3. A margin of 16u covers all, and one of their `f64` computation is added.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LocalPlanePair {
     along: [f32; 3],

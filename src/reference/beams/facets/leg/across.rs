@@ -9,9 +9,9 @@ use crate::transport::facets::table::Facet;
 use crate::transport::screen::Screen;
 
 impl Legs<'_> {
-    /// The space between the planes of the facets that the leg starts and ends on. What is before the first or
-    /// beyond the second, or within `flatness` of either, is in nobody's way. A plane that some of the light
-    /// passes the other way, or along, tells nothing.
+    /// The space between the planes of the facets that the leg starts and ends on. What is before the first
+    /// or beyond the second, or within `flatness` of either, is in nobody's way. A plane that some of the
+    /// light passes the other way, or along, tells nothing.
     pub(super) fn between_ends(&self, from: Option<u32>, goal: Goal) -> [PlanePair; 2] {
         /// Rounding of a product of unit vectors, a few times.
         const GRAZING: f64 = 64.0 * f64::EPSILON;
