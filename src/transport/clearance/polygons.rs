@@ -7,9 +7,9 @@ use super::legs::{CameraSight, Leg, LegContact, way_out};
 use crate::geometry::{Hull, PlanePair, Shape};
 
 impl Clearance<'_> {
-    /// True if any of the watched shapes may be in a hull. Flat faces are in it only if they may be between all
-    /// pairs of planes, too. There `is_in_the_way` decides by shape and face (0 for a rectangle): the caller
-    /// knows planes and edges better.
+    /// True if any of the watched shapes may be in a hull. Flat faces are in it only if they may be between
+    /// all pairs of planes, too. There `is_in_the_way` decides by shape and face (0 for a rectangle): the
+    /// caller knows planes and edges better.
     pub fn may_be_between<const K: usize>(
         &self,
         hull: &Hull<K>,

@@ -43,8 +43,8 @@ impl Legs<'_> {
         ]
     }
 
-    /// The part of the leg's light that may meet a facet which is between its ends and may be in its hull: 0 if
-    /// planes and edges show that none does, `None` if only cutting tells.
+    /// The part of the leg's light that may meet a facet which is between its ends and may be in its hull:
+    /// 0 if planes and edges show that none does, `None` if only cutting tells.
     pub(super) fn part_across(&self, facet: u32, allowed: f64) -> Option<f64> {
         let other = self.paths.facets().get(facet);
         let first = self.lines[0].ray.direction;
