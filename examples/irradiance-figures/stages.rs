@@ -2,10 +2,12 @@
 
 use std::time::Instant;
 
+use nephroid::internals::method::Method;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::format::three_digits;
 use nephroid::internals::run::{Budget, Context, Light};
-use nephroid::internals::study::attribution::{Truth, attribute, truth_by_beams};
+use nephroid::internals::setting::Given;
+use nephroid::internals::study::attribution::{attribute, truth_by, truth_by_beams};
 
 use crate::judge::{floor, l1, percent, sum, turntable};
 use crate::support::figures::{attributions, table};
@@ -15,7 +17,7 @@ use crate::support::local_irradiance::{exact_but, tables};
 /// Texels a row, and rows.
 const FEW: &str = "64";
 
-/// Scenes whose truth is beams.
+/// Scenes whose truth is beams. Of others it is photons.
 const BY_BEAMS: [&str; 4] = ["ball", "cube", "prism", "ring"];
 
 /// The light of all stages exact against beams.
@@ -45,32 +47,18 @@ pub fn exact() -> Vec<String> {
 pub fn stages() -> Vec<String> {
     let mut all = Vec::new();
     for name in ["ball", "cube", "prism", "ring", "terrain", "bumpy"] {
-        // The fine grain of the bumpy ball takes too many photons otherwise.
-        let (size, error) = if name == "bumpy" {
-            ("24", "0.15")
+        let reference = if BY_BEAMS.contains(&name) {
+            "beams"
         } else {
-            (FEW, "0.05")
+            "photons"
         };
-        let scene = turntable(name, &[("size", size)]);
+        let reference = Method::new(reference, &Given::new()).expect("a reference");
+        let scene = turntable(name, &[("size", FEW)]);
         let floor_sensor = sensor(&scene, "floor");
-        let method = tables(&[
-            ("photons", "16384"),
-            ("cells", "32"),
-            ("noise-error", error),
-        ]);
+        let method = tables(&[("photons", "16384"), ("cells", "32")]);
         let (start, context) = (Instant::now(), Context::default());
-        let truth = |light| {
-            if BY_BEAMS.contains(&name) {
-                return truth_by_beams(&scene, floor_sensor, light, &Budget::error(0.01), &context);
-            }
-            let exact = exact_but(&[("photons", "524288"), ("seed", "1")]);
-            Ok(Truth {
-                modelled: floor(&exact, &scene),
-                not_modelled: f64::NAN,
-                relative_error: None,
-                is_resolved: true,
-            })
-        };
+        let budget = Budget::error(0.01);
+        let truth = |light| truth_by(&reference, &scene, floor_sensor, light, &budget, &context);
         let found = attribute(
             &method,
             &scene,
@@ -82,6 +70,9 @@ pub fn stages() -> Vec<String> {
         let found = found.expect("light on the floor").expect("nobody stops it");
         all.push((format!("`{name}`"), found, start.elapsed().as_secs_f64()));
         eprintln!("{}", attributions(&all[all.len() - 1..]).join("\n"));
+        let found = &all[all.len() - 1].1;
+        let (truth, twins) = (found.truth_error, found.twin_error);
+        eprintln!("errors of the truth {truth:?}, and of twins {twins:?}");
     }
     attributions(&all)
 }

@@ -21,6 +21,7 @@ use crate::study::attribution::{self, Attribution, ReducedSensor};
 /// If the scene cannot be read, approximated or measured.
 pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
     let technique = technique(args)?;
+    let reference = Method::new(&args.truth, &Given::new())?;
     let scene = load(&args.scene)?;
     let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
     let context = args.cache.context();
@@ -39,7 +40,7 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
         &mut progress::lines("stages"),
         |light| {
             progress::watch(&context.progress, || {
-                attribution::truth_by_beams(&scene, &sensor, light, &budget, &context)
+                attribution::truth_by(&reference, &scene, &sensor, light, &budget, &context)
             })
         },
     )?;

@@ -114,6 +114,40 @@ fn attribution_prints_every_stage_and_what_is_left() {
 }
 
 #[test]
+fn truth_by_photons_gives_the_error_that_truth_by_beams_gives() {
+    let attributed = |truth: &str| -> serde_json::Value {
+        let output = nephroid()
+            .arg("attribute")
+            .arg(scene())
+            .args(["-D", "size=16", "--error", "1%", "--json"])
+            .args(["--truth", truth, "--set", "photons=64", "--set", "map=64"])
+            .assert()
+            .success();
+        serde_json::from_slice(&output.get_output().stdout).unwrap()
+    };
+    let [beams, photons] = ["beams", "photons"].map(attributed);
+    // The truths differ in how they were made, so that their errors are not the same number.
+    assert_ne!(beams["truth_error"], photons["truth_error"]);
+    let l2 = |found: &serde_json::Value| {
+        let figures = found["figures"].as_array().unwrap();
+        let l2 = figures.iter().find(|it| it["figure"] == "l2").unwrap();
+        l2["whole"].as_f64().unwrap()
+    };
+    // L2 is a norm of the difference by the truth's. Truths that err by 1 % each, relative to a mean that is
+    // no larger than the root mean square, move it by 1 % and by its own part at most.
+    let (one, other) = (l2(&beams), l2(&photons));
+    assert!(
+        (one - other).abs() < 0.02 * (1.0 + one),
+        "{one} and {other}"
+    );
+    // Light of other paths is 1.38 % of all by mirrors and glass (beams to 0.01 %). Of what is asked for beams
+    // leave out a quarter at most; photons know the sum of all light to 1 % of it.
+    let rest = [&beams, &photons].map(|found| found["not_modelled"].as_f64().unwrap());
+    assert!((rest[0] - 0.0138).abs() < 0.0025, "{rest:?}");
+    assert!((rest[1] - 0.0138).abs() < 0.01, "{rest:?}");
+}
+
+#[test]
 fn what_stages_add_and_what_is_left_is_the_figure() {
     let attributed = |side: &str| -> serde_json::Value {
         let output = nephroid()

@@ -157,7 +157,11 @@ pub struct AttributeArgs {
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u16).range(1..))]
     pub side: u16,
 
-    /// The likely error at which the truth, by beams, is good enough
+    /// The reference that makes the truth: photons are sooner over meshes of many bent faces
+    #[arg(long, value_name = "NAME", value_parser = ["beams", "photons"], default_value = "beams")]
+    pub truth: String,
+
+    /// The likely error at which the truth is good enough
     #[arg(long, value_name = "ERROR", value_parser = parse_fraction, default_value = "0.3%")]
     pub error: f64,
 

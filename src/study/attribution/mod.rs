@@ -33,7 +33,7 @@ use crate::scene::{Scene, Sensor};
 use crate::setting::{SettingError, Words as _};
 pub use reduced::ReducedSensor;
 use shapley::{Set, Share};
-pub use truth::{Truth, truth_by_beams};
+pub use truth::{Truth, truth_by, truth_by_beams};
 pub use twins::TWINS;
 
 /// The least number of texels on the longer side of the sensor on which runs are made.

@@ -1,11 +1,10 @@
 //! The truth that an attribution is held against.
 
-use std::collections::BTreeMap;
-
 use crate::method::Method;
 use crate::radiometry::Rgb;
 use crate::run::{Budget, Context, Error, Estimate, LayerName, Light};
 use crate::scene::{Scene, Sensor};
+use crate::setting::Given;
 use crate::transport::signature::Signature;
 
 /// The truth that an approximation is held against.
@@ -31,39 +30,42 @@ pub fn not_modelled(modelled: &[Rgb], specular: f64) -> f64 {
     }
 }
 
-/// The truth of a scene by beams, for an approximation of some of its light.
+/// The truth of a scene by a reference, beams or photons, for an approximation of some of its light.
 ///
 /// Two runs: one of chains no longer than that light's, to the error that is asked for, and one of all
-/// chains, of which only the sum of the other light is wanted, to ten times that error.
+/// chains, of which only the sum of the other light is wanted, to a hundredth or to that error if it is more.
+/// One is enough if these are the same chains.
 ///
 /// # Errors
 ///
-/// As [`Method::run`].
-pub fn truth_by_beams(
+/// As [`Method::run`]; and if the reference has no setting `max-depth` or `layers`.
+pub fn truth_by(
+    reference: &Method,
     scene: &Scene,
     sensor: &Sensor,
     light: Light,
     budget: &Budget,
     context: &Context,
 ) -> Result<Truth, Error> {
-    /// The part that is not modelled is a figure of one or two digits.
-    const ROUGHLY: f64 = 10.0;
+    /// The error of all light at which the part that is not modelled is known well enough.
+    const ROUGHLY: f64 = 0.01;
     /// Signatures with a layer of their own: the modelled one is hardly ever the seventeenth brightest.
     const LAYERS: &str = "16";
-    let beams =
-        |key: &str, value: String| Method::new("beams", &BTreeMap::from([(key.to_owned(), value)]));
-    let depth = light.max_depth().map(|depth| depth.to_string());
-    let short = match depth {
-        Some(depth) => beams("max-depth", depth)?,
-        None => Method::new("beams", &BTreeMap::new())?,
+    let all = reference.with("layers", LAYERS)?;
+    let short = match light.max_depth() {
+        Some(depth) => all.with("max-depth", &depth.to_string())?,
+        None => all.clone(),
     };
     let estimate = short.run(scene, sensor, budget, context)?.estimate;
-    let rough = Budget {
-        relative_error: budget.relative_error.map(|error| ROUGHLY * error),
-        ..*budget
+    let longer = if short.settings() == all.settings() {
+        None
+    } else {
+        let rough = Budget {
+            relative_error: budget.relative_error.map(|error| error.max(ROUGHLY)),
+            ..*budget
+        };
+        Some(all.run(scene, sensor, &rough, context)?.estimate)
     };
-    let long = beams("layers", LAYERS.to_owned())?;
-    let all = long.run(scene, sensor, &rough, context)?.estimate;
     let is_modelled = |name: LayerName| match (light, name) {
         (Light::Specular { .. }, LayerName::Other) => true,
         (light, LayerName::Path(signature)) => light.includes(signature),
@@ -77,13 +79,31 @@ pub fn truth_by_beams(
     let modelled = sum_of(&estimate, is_modelled);
     let sum = |values: &[Rgb]| values.iter().map(|value| value.mean()).sum::<f64>();
     // Of chains of any length, those beyond the modelled depth are among `other` or have a layer.
-    let rest = sum_of(&all, |name| name != direct && !is_modelled(name));
+    let rest = sum_of(longer.as_ref().unwrap_or(&estimate), |name| {
+        name != direct && !is_modelled(name)
+    });
     Ok(Truth {
         not_modelled: not_modelled(&modelled, sum(&modelled) + sum(&rest)),
         modelled,
         relative_error: estimate.relative_error,
         is_resolved: is_good_enough && !estimate.incomplete,
     })
+}
+
+/// [`truth_by`] beams, which is the sooner one of all scenes but meshes of many bent faces.
+///
+/// # Errors
+///
+/// As [`truth_by`].
+pub fn truth_by_beams(
+    scene: &Scene,
+    sensor: &Sensor,
+    light: Light,
+    budget: &Budget,
+    context: &Context,
+) -> Result<Truth, Error> {
+    let beams = Method::new("beams", &Given::new())?;
+    truth_by(&beams, scene, sensor, light, budget, context)
 }
 
 /// Some layers of an estimate, added up, texel by texel; NaN if the estimate knows nothing.
