@@ -20,6 +20,7 @@ pub mod compare;
 pub mod frames;
 pub mod generate;
 pub mod inspect;
+pub mod manual;
 pub mod merge;
 pub mod methods;
 pub mod outcome;
@@ -55,6 +56,7 @@ pub fn main() -> ExitCode {
         Command::Tables(args) => tables::tables(args),
         Command::Methods(args) => methods::methods(args),
         Command::Generate(args) => generate::generate(args),
+        Command::Manual(args) => manual::manual(args),
     };
     match outcome {
         Ok(Outcome::Complete) => ExitCode::SUCCESS,

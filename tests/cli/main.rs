@@ -9,6 +9,7 @@ mod caustic_map;
 mod compare;
 mod frames;
 mod full;
+mod manual;
 mod path;
 mod probe;
 mod program;

@@ -52,6 +52,9 @@ pub enum Command {
     Methods(MethodsArgs),
     /// Write the shipped scenes, their meshes at any fineness
     Generate(GenerateArgs),
+    /// Write man pages and completions of shells, for packages
+    #[command(hide = true)]
+    Manual(ManualArgs),
 }
 
 /// The scene.
@@ -238,6 +241,14 @@ pub struct GenerateArgs {
     /// A factor on the number of cuts of curved meshes: N² times the triangles
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub detail: u32,
+}
+
+/// `nephroid manual`.
+#[derive(Debug, clap::Args)]
+pub struct ManualArgs {
+    /// The folder to write them into; made where missing
+    #[arg(short, long, value_name = "DIR", default_value = "out/manual")]
+    pub output: PathBuf,
 }
 
 #[cfg(test)]
