@@ -60,22 +60,68 @@ pub fn deal(
         deposit([first.x as usize, first.y as usize], TrianglePart::WHOLE);
         return;
     }
-    let mut rest = PartPolygon::triangle(image);
+    // Polygons are read and written in place: they are large, and copies took as long as the cuts.
+    let [rest, next, slab, one, two] = &mut [PartPolygon::EMPTY; 5];
+    let (mut rest, mut next) = (rest, next);
+    rest.set(image);
     if first.x < 0.0 {
-        rest = rest.split::<0>(0.0).1;
+        rest.split::<0>(0.0, slab, next);
+        std::mem::swap(&mut rest, &mut next);
     }
     let (from, to) = (first.x.max(0.0), last.x.min(end.x - 1.0));
     let mut column = from;
     while column <= to && !rest.is_empty() {
-        let slab;
         if column == last.x {
-            slab = rest;
-            rest = PartPolygon::EMPTY;
-        } else {
-            (slab, rest) = rest.split::<0>(column + 1.0);
+            deal_rows(rest, one, two, column as usize, end.y, &mut deposit);
+            return;
         }
-        slab.deal_rows(column as usize, end.y, &mut deposit);
+        rest.split::<0>(column + 1.0, slab, next);
+        std::mem::swap(&mut rest, &mut next);
+        deal_rows(slab, one, two, column as usize, end.y, &mut deposit);
         column += 1.0;
+    }
+}
+
+/// Deals out the part `rest` of a triangle, which lies in one column. It and two more polygons are
+/// overwritten.
+#[inline]
+fn deal_rows<'a>(
+    mut rest: &'a mut PartPolygon,
+    mut next: &'a mut PartPolygon,
+    piece: &mut PartPolygon,
+    column: usize,
+    end: f64,
+    deposit: &mut impl FnMut(TexelIndex, TrianglePart),
+) {
+    let rows = rest.vertices().iter().map(|vertex| vertex.at[1]);
+    let (low, high) = rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+        (low.min(y), high.max(y))
+    });
+    if rest.is_empty() || high < 0.0 || low >= end {
+        return;
+    }
+    let (first, last) = (low.floor(), high.floor());
+    if first < 0.0 {
+        rest.split::<1>(0.0, piece, next);
+        std::mem::swap(&mut rest, &mut next);
+    }
+    let mut row = first.max(0.0);
+    while row <= last.min(end - 1.0) && !rest.is_empty() {
+        let is_last = row == last;
+        let part = if is_last {
+            rest.part()
+        } else {
+            rest.split::<1>(row + 1.0, piece, next);
+            std::mem::swap(&mut rest, &mut next);
+            piece.part()
+        };
+        if part.share > 0.0 {
+            deposit([column, row as usize], part);
+        }
+        if is_last {
+            return;
+        }
+        row += 1.0;
     }
 }
 
@@ -105,16 +151,16 @@ impl PartPolygon {
         len: 0,
     };
 
+    /// All of a triangle.
     #[inline]
-    fn triangle(image: [DVec2; 3]) -> Self {
-        let mut polygon = Self::EMPTY;
+    fn set(&mut self, image: [DVec2; 3]) {
+        self.len = 0;
         for (at, weights) in image.into_iter().zip([DVec2::ZERO, DVec2::X, DVec2::Y]) {
-            polygon.push(PartVertex {
+            self.push(PartVertex {
                 at: at.to_array(),
                 weights,
             });
         }
-        polygon
     }
 
     #[inline]
@@ -135,10 +181,10 @@ impl PartPolygon {
 
     /// The parts below and not below `line` in one coordinate of the image.
     #[inline]
-    fn split<const AXIS: usize>(&self, line: f64) -> (Self, Self) {
-        let (mut below, mut above) = (Self::EMPTY, Self::EMPTY);
+    fn split<const AXIS: usize>(&self, line: f64, below: &mut Self, above: &mut Self) {
+        (below.len, above.len) = (0, 0);
         let Some(mut previous) = self.vertices().last() else {
-            return (below, above);
+            return;
         };
         for vertex in self.vertices() {
             let (was, is) = (previous.at[AXIS] - line, vertex.at[AXIS] - line);
@@ -154,44 +200,6 @@ impl PartPolygon {
                 above.push(*vertex);
             }
             previous = vertex;
-        }
-        (below, above)
-    }
-
-    /// Deals out the part that lies in one column.
-    #[inline]
-    fn deal_rows(
-        &self,
-        column: usize,
-        end: f64,
-        deposit: &mut impl FnMut(TexelIndex, TrianglePart),
-    ) {
-        let rows = self.vertices().iter().map(|vertex| vertex.at[1]);
-        let (low, high) = rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-            (low.min(y), high.max(y))
-        });
-        if self.is_empty() || high < 0.0 || low >= end {
-            return;
-        }
-        let (first, last) = (low.floor(), high.floor());
-        let mut rest = *self;
-        if first < 0.0 {
-            rest = rest.split::<1>(0.0).1;
-        }
-        let mut row = first.max(0.0);
-        while row <= last.min(end - 1.0) && !rest.is_empty() {
-            let piece;
-            if row == last {
-                piece = rest;
-                rest = Self::EMPTY;
-            } else {
-                (piece, rest) = rest.split::<1>(row + 1.0);
-            }
-            let part = piece.part();
-            if part.share > 0.0 {
-                deposit([column, row as usize], part);
-            }
-            row += 1.0;
         }
     }
 
