@@ -137,6 +137,11 @@ impl Envmap {
         &self.image
     }
 
+    /// The factor on the image's radiance.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// The largest radiance of any texel, channel by channel [W/m²/sr].
     pub fn peak(&self) -> Rgb {
         self.peak

@@ -25,22 +25,31 @@ pub enum NotFollowed {
         /// Mitsuba's name of its material, or of that inside a wrapper.
         plugin: &'static str,
     },
-    /// An emitter that is all round, or varies over a surface.
+    /// An emitter that varies over a surface.
     #[error(
-        "emitter {index} ({plugin}) {what}: photons, beams and probes start at points, directions and surfaces \
-         that shine evenly; use --method path"
+        "emitter {index} ({plugin}) has a texture: photons, beams and probes start at points, directions, \
+         environments and surfaces that shine evenly; use --method path"
     )]
-    Emitter {
+    Textured {
         /// Index of the emitter in the file's order, from 0.
         index: usize,
         /// Mitsuba's name of the emitter.
         plugin: &'static str,
-        /// The unsupported property of the emitter.
-        what: &'static str,
+    },
+    /// An emitter that is all round.
+    #[error(
+        "emitter {index} ({plugin}) shines from all round: beams, probes and techniques start at points and \
+         directions; use --method photons or --method path"
+    )]
+    AllRound {
+        /// Index of the emitter in the file's order, from 0.
+        index: usize,
+        /// Mitsuba's name of the emitter.
+        plugin: &'static str,
     },
 }
 
-/// Fails if chains cannot start, or cannot be followed: see [`NotFollowed`].
+/// Fails if photons cannot start, or cannot be followed: see [`NotFollowed`].
 ///
 /// # Errors
 ///
@@ -49,22 +58,38 @@ pub fn check(scene: &Scene) -> Result<(), NotFollowed> {
     for object in scene.objects() {
         check_material(scene, &object.id, object.material)?;
     }
-    for (index, emitter) in scene.emitters().iter().enumerate() {
-        let what = match emitter {
-            _ if emitter.strength().is_black() => continue,
-            Emitter::Constant { .. } | Emitter::Envmap(_) => "shines from all round",
+    match emitter(scene, |it| {
+        matches!(
+            it,
             Emitter::Area {
-                texture: Some(_), ..
-            } => "has a texture",
-            _ => continue,
-        };
-        return Err(NotFollowed::Emitter {
-            index,
-            plugin: emitter.plugin(),
-            what,
-        });
+                texture: Some(_),
+                ..
+            }
+        )
+    }) {
+        Some((index, plugin)) => Err(NotFollowed::Textured { index, plugin }),
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// The same for methods whose light starts in as few dimensions as a point's: no environments.
+///
+/// # Errors
+///
+/// The first shape or emitter that is not followed.
+pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
+    check(scene)?;
+    match emitter(scene, Emitter::is_environment) {
+        Some((index, plugin)) => Err(NotFollowed::AllRound { index, plugin }),
+        None => Ok(()),
+    }
+}
+
+/// The first emitter of a kind that is not black: its index and Mitsuba's name.
+fn emitter(scene: &Scene, is_one: impl Fn(&Emitter) -> bool) -> Option<(usize, &'static str)> {
+    let mut emitters = scene.emitters().iter().enumerate();
+    let found = emitters.find(|(_, it)| is_one(it) && !it.strength().is_black())?;
+    Some((found.0, found.1.plugin()))
 }
 
 /// Checks a material of a shape, and the materials it wraps.

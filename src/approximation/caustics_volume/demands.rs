@@ -48,7 +48,7 @@ impl Volume {
     /// If nothing mirrors or refracts, a light has a size, is in the volume or behind its entry, if no face
     /// lets photons out, and if slabs are deeper than half floats reach.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Refusal> {
-        chain_limits::check(scene).map_err(|error| Refusal::new(error.to_string()))?;
+        chain_limits::check_starts(scene).map_err(|error| Refusal::new(error.to_string()))?;
         let sources = sources(scene, VOLUMES)?;
         let shapes = specular_shapes(scene);
         if shapes.is_empty() {

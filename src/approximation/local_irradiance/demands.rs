@@ -111,7 +111,7 @@ pub fn of_scene(
     settings: &Settings,
 ) -> Result<(Vec<SpecularObject>, Vec<Source>), Refusal> {
     check(settings)?;
-    chain_limits::check(scene).map_err(|error| Refusal::new(error.to_string()))?;
+    chain_limits::check_starts(scene).map_err(|error| Refusal::new(error.to_string()))?;
     let sources = sources(scene, TECHNIQUE)?;
     let objects = SpecularObject::all(scene)?;
     for object in &objects {

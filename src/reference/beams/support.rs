@@ -11,7 +11,7 @@ use crate::transport::chain_limits;
 /// Names the emitter or the surface.
 pub fn supports(scene: &Scene) -> Result<(), Refusal> {
     // Photons do not follow these either.
-    chain_limits::check(scene)?;
+    chain_limits::check_starts(scene)?;
     for (index, emitter) in scene.emitters().iter().enumerate() {
         if let Emitter::Area { shape, .. } = emitter
             && !emitter.strength().is_black()

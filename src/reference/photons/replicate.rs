@@ -155,6 +155,10 @@ impl Job<'_> {
                 (DVec2::from_array(stream.point2(index)), DVec2::ZERO)
             };
             let emission = chart.emit(patch, at, start);
+            let strength = match emission.color {
+                Some(color) => Flux::of(chart.strength() * color * weight),
+                None => strength,
+            };
             let flux = strength * emission.measure;
             recipient.emitted(flux);
             let mut sink = Sink {

@@ -52,7 +52,7 @@ pub fn probe_until(
     }
     let receiver = Receiver::new(scene, sensor)?;
     let target = ProbeTarget::new(scene, &receiver, uv).ok_or(ProbeError::OffReceiver(uv))?;
-    chain_limits::check(scene).map_err(LightSpaceError::from)?;
+    chain_limits::check_starts(scene).map_err(LightSpaceError::from)?;
     let area = scene
         .emitters()
         .iter()

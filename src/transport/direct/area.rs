@@ -9,19 +9,8 @@ use super::look::ShareRange;
 use super::texel::DirectTexel;
 use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
-use crate::numeric::math;
-use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 use crate::transport::domain::surface::{Area, LightPart, LightSurface, surface_point};
-
-/// Replicates of the quadrature over an area light; their scatter is the error.
-pub const REPLICATES: u32 = 16;
-
-/// Samples of a texel and an area light, in each replicate, if no more are asked for.
-pub(super) const SAMPLES: u32 = 8;
-
-/// Samples between two looks at `stop`: some milliseconds of work.
-const ASK_EVERY: u32 = 4096;
 
 /// Largest relative error of a light's irradiance without shadow that is accepted without sampling.
 ///
@@ -62,90 +51,16 @@ impl DirectLight<'_> {
                 passed: ShareRange::NOTHING_SEEN.with_share(1.0),
             };
         }
-        if !self.receiver.has_surface(texel) {
-            return Glance::DARK;
-        }
-        let texel_area = self.receiver.texel_area(texel);
-        let mut sum = 0.0;
-        let mut sum_squares = 0.0;
-        let mut unshadowed = 0.0;
-        let mut is_found = false;
-        let mut all_passed = ShareRange::NOTHING_SEEN;
-        'replicates: for replicate in 0..REPLICATES {
-            let stream = stream.split(u64::from(replicate));
-            let mut mean = 0.0;
-            for sample in 0..each {
-                if sample % ASK_EVERY == ASK_EVERY - 1 && (self.stop)() {
-                    break 'replicates;
-                }
-                let [u, v, s, t] = stream.point4(u64::from(sample));
-                let Some(patch) = self.patch(texel, DVec2::new(u, v)) else {
-                    continue;
-                };
-                is_found = true;
-                let (arriving, passed) = self.area_sample(&patch.point, light, DVec2::new(s, t));
-                let arriving = arriving * (patch.density / texel_area);
-                if arriving > 0.0 {
-                    all_passed = all_passed.with_share(passed);
-                }
-                mean += arriving * passed;
-                unshadowed += arriving;
-            }
-            mean /= f64::from(each);
-            sum += mean;
-            sum_squares += mean * mean;
-        }
-        if !is_found {
-            return Glance {
-                value: self.area_at_home(texel, *radiance, light, stream),
-                passed: all_passed,
-            };
-        }
-        let n = f64::from(REPLICATES);
-        let variance = ((sum_squares - sum * sum / n) / (n - 1.0)).max(0.0);
-        // Stratified samples often agree, in all replicates, on how many of them see the light. Their scatter
-        // is zero then, but the edge is known to one sample only.
-        let samples = n * f64::from(each);
-        let is_mixed = sum > 0.0 && sum * f64::from(each) < unshadowed;
-        let one_sample = if is_mixed {
-            unshadowed / (samples * samples)
-        } else {
-            0.0
-        };
+        let found = self.sampled(texel, stream, each, |at, point, place| {
+            let (arriving, passed) = at.area_sample(point, light, place);
+            ([arriving], passed)
+        });
         Glance {
             value: DirectTexel {
-                irradiance: *radiance * (sum / n),
-                error: *radiance * math::hypot((variance / n).sqrt(), one_sample),
+                irradiance: *radiance * found.mean[0],
+                error: *radiance * found.error[0],
             },
-            passed: all_passed,
-        }
-    }
-
-    /// The same as [`area`](Self::area), for a texel of which a mesh covers so little that no sample found
-    /// it.
-    ///
-    /// One point stands for the texel, and its irradiance without shadow for the error.
-    fn area_at_home(
-        &mut self,
-        texel: usize,
-        radiance: Rgb,
-        light: &LightSurface,
-        stream: &Stream,
-    ) -> DirectTexel {
-        let Some(point) = self.receiver.home(self.scene, texel) else {
-            return DirectTexel::UNKNOWN;
-        };
-        let samples = REPLICATES * SAMPLES;
-        let (mut seen, mut unshadowed) = (0.0, 0.0);
-        for sample in 0..samples {
-            let [s, t, ..] = stream.point4(u64::from(sample));
-            let (arriving, passed) = self.area_sample(&point, light, DVec2::new(s, t));
-            seen += arriving * passed;
-            unshadowed += arriving;
-        }
-        DirectTexel {
-            irradiance: radiance * (seen / f64::from(samples)),
-            error: radiance * (unshadowed / f64::from(samples)),
+            passed: found.passed,
         }
     }
 

@@ -2,19 +2,21 @@
 
 use rayon::prelude::*;
 
-use super::area;
-use super::glance::is_near_edge;
+use super::area::SMOOTH_ERROR;
+use super::glance::{Glance, is_near_edge};
 use super::light::DirectLight;
+use super::sampled::{REPLICATES, SAMPLES};
 use super::shafts::{Shafts, TexelView, are_simple};
 use super::texel::DirectTexel;
 use crate::geometry::TraversalCounters;
 use crate::numeric::{Stream, StreamKind};
 use crate::scene::{Emitter, Scene};
 use crate::transport::domain::surface::LightSurface;
+use crate::transport::lights::Environment;
 use crate::transport::receiver::Receiver;
 
-/// Samples of a texel and an area light if no more are asked for.
-pub const AREA_SAMPLES: u32 = area::REPLICATES * area::SAMPLES;
+/// Samples of a texel and an area light or an environment if no more are asked for.
+pub const AREA_SAMPLES: u32 = REPLICATES * SAMPLES;
 
 /// Direct irradiance of every texel, and the work it took.
 #[derive(Clone, Debug)]
@@ -27,7 +29,7 @@ pub struct Direct {
 
 /// Measures `LD` on every texel of the receiver; `None` if `stop` asked for an end before.
 ///
-/// Texels in which an area light is hard to measure get `samples` samples of it.
+/// Texels in which an area light or an environment is hard to measure get `samples` samples of it.
 pub fn direct(
     scene: &Scene,
     receiver: &Receiver,
@@ -52,27 +54,18 @@ pub fn direct(
         counters: TraversalCounters::default(),
     };
     for (index, (emitter, surface)) in scene.emitters().iter().zip(&surfaces).enumerate() {
+        let stream = stream.split(index as u64);
+        let run = (scene, receiver, stop);
         let measured = if let Some(surface) = surface {
-            let stream = stream.split(index as u64);
             let area = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
-                at.area(texel, emitter, surface, &stream.split(texel as u64), each)
+                at.area(texel, emitter, surface, stream, each)
             };
-            let first = result.by_row(scene, receiver, stop, |at, texel| {
-                area(at, texel, &stream, area::SAMPLES)
-            })?;
-            let each = samples / area::REPLICATES;
-            // Points of their own: the first points chose the texels, and this must not bias the second
-            // result.
-            let again = stream.split(AGAIN);
-            result.by_row(scene, receiver, stop, |at, texel| {
-                let value = first[texel].value;
-                let is_hard = is_near_edge(&first, texel, receiver) || is_rough(&value);
-                if each > area::SAMPLES && is_hard {
-                    area(at, texel, &again, each).value
-                } else {
-                    value
-                }
-            })?
+            result.by_samples(run, &stream, samples, area)?
+        } else if let Some(light) = Environment::of(emitter) {
+            let all_round = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
+                at.environment(texel, &light, stream, each)
+            };
+            result.by_samples(run, &stream, samples, all_round)?
         } else {
             let shafts = Shafts::new(scene, receiver, emitter);
             let known = shafts
@@ -115,7 +108,7 @@ const AGAIN: u64 = u64::MAX;
 
 /// True if the scatter of a texel's samples is large.
 fn is_rough(texel: &DirectTexel) -> bool {
-    texel.error.max_channel() > area::SMOOTH_ERROR * texel.irradiance.max_channel()
+    texel.error.max_channel() > SMOOTH_ERROR * texel.irradiance.max_channel()
 }
 
 impl Direct {
@@ -125,6 +118,32 @@ impl Direct {
             texels: vec![DirectTexel::UNKNOWN; texels],
             counters: TraversalCounters::default(),
         }
+    }
+
+    /// The mean of samples of every texel, and of `samples` of them where it is hard to measure. `measure`
+    /// takes a texel, its stream and the samples of each replicate.
+    fn by_samples(
+        &mut self,
+        (scene, receiver, stop): (&Scene, &Receiver, &(dyn Fn() -> bool + Sync)),
+        stream: &Stream,
+        samples: u32,
+        measure: impl Fn(&mut DirectLight, usize, &Stream, u32) -> Glance + Sync,
+    ) -> Option<Vec<DirectTexel>> {
+        let first = self.by_row(scene, receiver, stop, |at, texel| {
+            measure(at, texel, &stream.split(texel as u64), SAMPLES)
+        })?;
+        let each = samples / REPLICATES;
+        // Points of their own: the first points chose the texels, and this must not bias the second result.
+        let again = stream.split(AGAIN);
+        self.by_row(scene, receiver, stop, |at, texel| {
+            let value = first[texel].value;
+            let is_hard = is_near_edge(&first, texel, receiver) || is_rough(&value);
+            if each > SAMPLES && is_hard {
+                measure(at, texel, &again.split(texel as u64), each).value
+            } else {
+                value
+            }
+        })
     }
 
     /// `measure` of every texel, on all cores; counts the work.

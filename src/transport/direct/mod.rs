@@ -11,8 +11,8 @@
 //! points lie a little outside of it. The tree goes down to `SHADOW_LEVELS` if these and the leaf do not all
 //! see the same share. A leaf that is still mixed there is booked as error.
 //!
-//! Area lights are integrated over texel and emitter together by randomised quasi-Monte Carlo, with
-//! `AREA_SAMPLES` a texel. If more are asked for, texels around the edges of shadows and texels with large
+//! Area lights and environments are integrated over texel and light together by randomised quasi-Monte Carlo,
+//! with `AREA_SAMPLES` a texel. If more are asked for, texels around the edges of shadows and texels with large
 //! scatter are sampled anew, with that number.
 //!
 //! Averages are by surface area. A mesh may cover a texel in part, or have faces that stretch or lean
@@ -27,11 +27,13 @@ mod arriving;
 mod delta;
 mod divided;
 mod edge;
+mod environment;
 mod glance;
 mod leaf;
 mod light;
 mod look;
 mod measure;
+mod sampled;
 mod shafts;
 mod texel;
 

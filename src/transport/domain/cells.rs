@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::chart::{ChartPatch, Falloff, LightChart};
 use super::probe::Probe;
+use super::sky::Sky;
 use super::surface::{LightPart, LightSurface, MAX_TRIANGLES};
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
@@ -85,7 +86,7 @@ impl LightSpace {
         let mut emitters = Vec::new();
         for (index, emitter) in scene.emitters().iter().enumerate() {
             if !emitter.strength().is_black() {
-                add_charts(scene, emitter, &mut charts)?;
+                add_charts(scene, emitter, &targets.bounds, &mut charts)?;
                 emitters.resize(charts.len(), index as u32);
             }
         }
@@ -99,17 +100,22 @@ impl LightSpace {
         let mut level = 0;
         while !cells.is_empty() && cells.len() < ENOUGH_CELLS && level < MAX_LEVEL {
             level += 1;
-            // A parallel map over indices: the order does not depend on the number of threads.
-            cells = cells
-                .par_iter()
-                .flat_map_iter(|cell| {
-                    cell.patch.quarters().map(|patch| LightCell {
-                        chart: cell.chart,
-                        patch,
-                    })
-                })
-                .filter(|cell| targets.may_be_met(&charts, cell))
-                .collect();
+            cells = targets.divided(&charts, &cells, |_| true);
+        }
+        // A sun in an image is in few cells: they are divided until each has its share.
+        for _ in 0..MAX_LEVEL {
+            let flux = |cell: &LightCell| {
+                let chart = &charts[cell.chart as usize];
+                chart.flux_bound(&cell.patch).mean()
+            };
+            let is_uneven = |cell: &LightCell| charts[cell.chart as usize].is_uneven(&cell.patch);
+            let total: f64 = cells.iter().map(flux).sum();
+            let is_chosen =
+                |cell: &LightCell| is_uneven(cell) && flux(cell) * ENOUGH_CELLS as f64 > total;
+            if !cells.iter().any(is_chosen) {
+                break;
+            }
+            cells = targets.divided(&charts, &cells, is_chosen);
         }
         let bounds: Vec<Rgb> = cells
             .iter()
@@ -246,6 +252,31 @@ impl<'a> Targets<'a> {
         targets
     }
 
+    /// The cells, with those that are chosen divided by four, without what meets nothing specular.
+    fn divided(
+        &self,
+        charts: &[LightChart],
+        cells: &[LightCell],
+        is_chosen: impl Fn(&LightCell) -> bool + Sync,
+    ) -> Vec<LightCell> {
+        // A parallel map over indices: the order does not depend on the number of threads.
+        cells
+            .par_iter()
+            .flat_map_iter(|cell| {
+                let patches = if is_chosen(cell) {
+                    cell.patch.quarters().to_vec()
+                } else {
+                    vec![cell.patch]
+                };
+                let chart = cell.chart;
+                patches
+                    .into_iter()
+                    .map(move |patch| LightCell { chart, patch })
+            })
+            .filter(|cell| self.may_be_met(charts, cell))
+            .collect()
+    }
+
     fn may_be_met(&self, charts: &[LightChart], cell: &LightCell) -> bool {
         let chart = &charts[cell.chart as usize];
         if chart.flux_bound(&cell.patch).is_black() {
@@ -267,6 +298,7 @@ impl<'a> Targets<'a> {
 fn add_charts(
     scene: &Scene,
     emitter: &Emitter,
+    specular: &Bounds,
     charts: &mut Vec<LightChart>,
 ) -> Result<(), LightSpaceError> {
     match emitter {
@@ -341,7 +373,11 @@ fn add_charts(
                 }
             }
         }
-        // Refused before, unless it is black.
+        Emitter::Constant { .. } | Emitter::Envmap(_) if !specular.is_empty() => {
+            let sky = Sky::new(emitter, specular, &scene.world().bounds());
+            charts.extend(sky.map(LightChart::Sky));
+        }
+        // Nothing mirrors or refracts.
         Emitter::Constant { .. } | Emitter::Envmap(_) => {}
     }
     Ok(())

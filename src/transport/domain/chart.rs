@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::probe::Probe;
+use super::sky::Sky;
 use super::surface::{Area, surface_point};
 use crate::geometry::{Bounds, Ray};
 use crate::numeric::math;
@@ -127,7 +128,7 @@ impl Falloff {
 }
 
 /// Two-dimensional coordinates over an emitter's light, or over a part of it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum LightChart {
     /// A cube-map face about a point: direction ∝ a₁ x + a₂ y + a₃, x and y in [-1, 1].
     Face {
@@ -173,6 +174,8 @@ pub enum LightChart {
         /// Radiance [W/m²/sr].
         radiance: Rgb,
     },
+    /// Light from all round.
+    Sky(Sky),
 }
 
 /// One ray of a patch's light.
@@ -183,15 +186,17 @@ pub struct Emission {
     /// Flux \[W\] divided by the chart's [strength](LightChart::strength): the flux density there times the
     /// patch's measure. Its mean over uniform samples of the patch, times the strength, is the patch's flux.
     pub measure: f64,
+    /// A factor on the strength, where light of a chart has more than one colour.
+    pub color: Option<Rgb>,
 }
 
 impl LightChart {
     /// The patch of coordinates that holds all of the chart's light.
     pub fn root(&self, specular: &Bounds) -> ChartPatch {
-        match *self {
+        match self {
             Self::Parallel { origin, across, .. } => {
                 let range = |axis: DVec3| {
-                    let middle = (specular.center() - origin).dot(axis);
+                    let middle = (specular.center() - *origin).dot(axis);
                     let reach = 0.5 * specular.extent().dot(axis.abs());
                     // A hair more than the bounds, so that rounding loses nothing.
                     let reach = reach * (1.0 + 1e-9);
@@ -203,6 +208,7 @@ impl LightChart {
                     to: DVec2::new(x.1, y.1),
                 }
             }
+            Self::Sky(sky) => sky.root(),
             _ => ChartPatch {
                 from: DVec2::NEG_ONE,
                 to: DVec2::ONE,
@@ -212,21 +218,28 @@ impl LightChart {
 
     /// The emitter's strength: radiant intensity [W/sr], irradiance [W/m²] or radiance [W/m²/sr].
     pub fn strength(&self) -> Rgb {
-        match *self {
-            Self::Face { intensity, .. } => intensity,
-            Self::Parallel { irradiance, .. } => irradiance,
-            Self::Flat { radiance, .. } | Self::Ball { radiance, .. } => radiance,
+        match self {
+            Self::Face { intensity, .. } => *intensity,
+            Self::Parallel { irradiance, .. } => *irradiance,
+            Self::Flat { radiance, .. } | Self::Ball { radiance, .. } => *radiance,
+            Self::Sky(sky) => sky.strength(),
         }
+    }
+
+    /// True if flux may be much more uneven within a patch than over the whole chart divided by its area.
+    pub(super) fn is_uneven(&self, patch: &ChartPatch) -> bool {
+        matches!(self, Self::Sky(sky) if sky.is_uneven(patch))
     }
 
     /// True if the start of light needs two dimensions beside the chart's.
     pub fn has_area(&self) -> bool {
-        matches!(self, Self::Flat { .. } | Self::Ball { .. })
+        matches!(self, Self::Flat { .. } | Self::Ball { .. } | Self::Sky(_))
     }
 
     /// The region that light of a patch can reach.
     pub fn probe(&self, patch: &ChartPatch) -> Probe {
         match *self {
+            Self::Sky(ref sky) => sky.probe(),
             Self::Face { origin, axes, .. } => face_frustum(origin, 0.0, &axes, patch),
             Self::Ball {
                 center,
@@ -263,6 +276,7 @@ impl LightChart {
     /// counts the whole.
     pub fn flux_bound(&self, patch: &ChartPatch) -> Rgb {
         match *self {
+            Self::Sky(ref sky) => sky.flux_bound(patch),
             Self::Face {
                 axes,
                 intensity,
@@ -305,6 +319,7 @@ impl LightChart {
     pub fn emit(&self, patch: &ChartPatch, at: DVec2, start: DVec2) -> Emission {
         let place = patch.at(at);
         match *self {
+            Self::Sky(ref sky) => sky.emit(place, patch.area(), start),
             Self::Face {
                 origin,
                 axes,
@@ -316,6 +331,7 @@ impl LightChart {
                 Emission {
                     ray: Ray::new(origin, direction),
                     measure: density * patch.area(),
+                    color: None,
                 }
             }
             Self::Ball {
@@ -333,6 +349,7 @@ impl LightChart {
                 Emission {
                     ray: surface_point(center + normal * radius, normal).spawn(direction),
                     measure: PI * radius * radius * jacobian * patch.area(),
+                    color: None,
                 }
             }
             Self::Parallel {
@@ -346,6 +363,7 @@ impl LightChart {
                     direction,
                 ),
                 measure: patch.area(),
+                color: None,
             },
             Self::Flat { area, axes, .. } => {
                 let height_squared = 1.0 - place.length_squared();
@@ -357,6 +375,7 @@ impl LightChart {
                 Emission {
                     ray: surface_point(area.point(start), axes[2]).spawn(direction),
                     measure: if lit { area.area() * patch.area() } else { 0.0 },
+                    color: None,
                 }
             }
         }

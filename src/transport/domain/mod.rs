@@ -9,6 +9,7 @@ mod cells;
 pub mod chart;
 mod derivative;
 pub mod probe;
+pub mod sky;
 pub mod surface;
 
 pub use cells::{LightCell, LightSpace, LightSpaceError};

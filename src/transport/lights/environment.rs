@@ -8,20 +8,39 @@ use super::sample::LightSample;
 use crate::numeric::WeightedChoice;
 use crate::numeric::math;
 use crate::radiometry::Rgb;
-use crate::scene::{Envmap, luminance};
+use crate::scene::{Emitter, Envmap, luminance};
 
 /// An environment: it looks the same from every point.
 #[derive(Clone, Debug)]
-pub(super) enum Environment<'a> {
+pub(in crate::transport) enum Environment<'a> {
     /// The same radiance [W/m²/sr] from everywhere; directions are uniform.
     Constant(Rgb),
     /// An image.
     Image(ImageLight<'a>),
 }
 
-impl Environment<'_> {
+impl<'a> Environment<'a> {
+    /// An emitter as an environment; `None` for other emitters.
+    pub(in crate::transport) fn of(emitter: &'a Emitter) -> Option<Self> {
+        match emitter {
+            Emitter::Constant { radiance } => Some(Self::Constant(*radiance)),
+            Emitter::Envmap(map) => Some(Self::image(map)),
+            _ => None,
+        }
+    }
+
+    /// An image, ready to be sampled.
+    pub(super) fn image(map: &'a Envmap) -> Self {
+        Self::Image(ImageLight::new(map))
+    }
+
+    /// True if radiance is the same from everywhere.
+    pub(in crate::transport) fn is_even(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+
     /// Radiance [W/m²/sr] from a direction.
-    pub(super) fn radiance(&self, direction: DVec3) -> Rgb {
+    pub(in crate::transport) fn radiance(&self, direction: DVec3) -> Rgb {
         match self {
             Self::Constant(radiance) => *radiance,
             Self::Image(light) => light.map.radiance(direction),
@@ -29,7 +48,7 @@ impl Environment<'_> {
     }
 
     /// The density [1/sr] of a direction in [`Self::sample`].
-    pub(super) fn pdf_solid_angle(&self, direction: DVec3) -> f64 {
+    pub(in crate::transport) fn pdf_solid_angle(&self, direction: DVec3) -> f64 {
         match self {
             Self::Constant(_) => 1.0 / (4.0 * PI),
             Self::Image(light) => light.pdf_solid_angle(direction),
@@ -37,7 +56,7 @@ impl Environment<'_> {
     }
 
     /// A direction; `None` if all is black.
-    pub(super) fn sample(&self, u: [f64; 2]) -> Option<LightSample> {
+    pub(in crate::transport) fn sample(&self, u: [f64; 2]) -> Option<LightSample> {
         let (direction, pdf_solid_angle, radiance) = match self {
             Self::Constant(radiance) => (uniform(u), 1.0 / (4.0 * PI), *radiance),
             Self::Image(light) => light.sample(u)?,
@@ -75,7 +94,7 @@ fn uniform(u: [f64; 2]) -> DVec3 {
 /// density is zero. The other sampling of directions must find that light, as it does with multiple
 /// importance sampling.
 #[derive(Clone, Debug)]
-pub(super) struct ImageLight<'a> {
+pub(in crate::transport) struct ImageLight<'a> {
     map: &'a Envmap,
     /// sin θ of each row's center; exactly 0 at both poles.
     sines: Vec<f64>,

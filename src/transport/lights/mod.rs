@@ -27,5 +27,6 @@ mod sample;
 mod scene_lights;
 mod sphere;
 
+pub(super) use environment::Environment;
 pub use sample::LightSample;
 pub use scene_lights::Lights;

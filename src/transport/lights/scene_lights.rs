@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::area::AreaLight;
 use super::delta::DeltaLight;
-use super::environment::{Environment, ImageLight};
+use super::environment::Environment;
 use super::sample::LightSample;
 use crate::geometry::{Hit, Ray, SurfacePoint};
 use crate::radiometry::Rgb;
@@ -69,9 +69,7 @@ impl<'a> Lights<'a> {
                 Emitter::Constant { radiance } => {
                     SceneLight::Environment(Environment::Constant(*radiance))
                 }
-                Emitter::Envmap(map) => {
-                    SceneLight::Environment(Environment::Image(ImageLight::new(map)))
-                }
+                Emitter::Envmap(map) => SceneLight::Environment(Environment::image(map)),
             })
             .collect();
         Self {

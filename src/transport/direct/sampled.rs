@@ -1,0 +1,134 @@
+//! Light from more than one direction: randomised quasi-Monte Carlo over a texel and the light together.
+
+use glam::DVec2;
+
+use super::light::DirectLight;
+use super::look::ShareRange;
+use crate::geometry::SurfacePoint;
+use crate::numeric::Stream;
+use crate::numeric::math;
+
+/// Replicates of the quadrature over a light; their scatter is the error.
+pub(super) const REPLICATES: u32 = 16;
+
+/// Samples of a texel and a light, in each replicate, if no more are asked for.
+pub(super) const SAMPLES: u32 = 8;
+
+/// Samples between two looks at `stop`: some milliseconds of work.
+const ASK_EVERY: u32 = 4096;
+
+/// Average irradiance of a light over a texel, in `N` channels.
+pub(super) struct Sampled<const N: usize> {
+    /// The mean of all samples.
+    pub(super) mean: [f64; N],
+    /// Its standard error.
+    pub(super) error: [f64; N],
+    /// The shares of light that samples see.
+    pub(super) passed: ShareRange,
+}
+
+impl DirectLight<'_> {
+    /// The mean of `sample` over a texel and a light, with `each` samples in each replicate.
+    ///
+    /// `sample` gives irradiance without shadow at a point, for a place on the light in [0, 1)², and the share
+    /// (0..=1) that passes.
+    pub(super) fn sampled<const N: usize>(
+        &mut self,
+        texel: usize,
+        stream: &Stream,
+        each: u32,
+        sample: impl Fn(&mut Self, &SurfacePoint, DVec2) -> ([f64; N], f64),
+    ) -> Sampled<N> {
+        let mut found = Sampled {
+            mean: [0.0; N],
+            error: [0.0; N],
+            passed: ShareRange::NOTHING_SEEN,
+        };
+        if !self.receiver.has_surface(texel) {
+            return found;
+        }
+        let texel_area = self.receiver.texel_area(texel);
+        let mut sum = [0.0; N];
+        let mut sum_squares = [0.0; N];
+        let mut unshadowed = [0.0; N];
+        let mut is_found = false;
+        'replicates: for replicate in 0..REPLICATES {
+            let stream = stream.split(u64::from(replicate));
+            let mut mean = [0.0; N];
+            for number in 0..each {
+                if number % ASK_EVERY == ASK_EVERY - 1 && (self.stop)() {
+                    break 'replicates;
+                }
+                let [u, v, s, t] = stream.point4(u64::from(number));
+                let Some(patch) = self.patch(texel, DVec2::new(u, v)) else {
+                    continue;
+                };
+                is_found = true;
+                let (arriving, passed) = sample(self, &patch.point, DVec2::new(s, t));
+                let arriving = arriving.map(|it| it * (patch.density / texel_area));
+                if arriving.iter().any(|it| *it > 0.0) {
+                    found.passed = found.passed.with_share(passed);
+                }
+                for c in 0..N {
+                    mean[c] += arriving[c] * passed;
+                    unshadowed[c] += arriving[c];
+                }
+            }
+            for c in 0..N {
+                let mean = mean[c] / f64::from(each);
+                sum[c] += mean;
+                sum_squares[c] += mean * mean;
+            }
+        }
+        if !is_found {
+            return self.sampled_at_home(texel, stream, found, sample);
+        }
+        let n = f64::from(REPLICATES);
+        let samples = n * f64::from(each);
+        for c in 0..N {
+            let variance = ((sum_squares[c] - sum[c] * sum[c] / n) / (n - 1.0)).max(0.0);
+            // Stratified samples often agree, in all replicates, on how many of them see the light. Their
+            // scatter is zero then, but the edge is known to one sample only.
+            let is_mixed = sum[c] > 0.0 && sum[c] * f64::from(each) < unshadowed[c];
+            let one_sample = if is_mixed {
+                unshadowed[c] / (samples * samples)
+            } else {
+                0.0
+            };
+            found.mean[c] = sum[c] / n;
+            found.error[c] = math::hypot((variance / n).sqrt(), one_sample);
+        }
+        found
+    }
+
+    /// The same as [`sampled`](Self::sampled), for a texel of which a mesh covers so little that no sample
+    /// found it.
+    ///
+    /// One point stands for the texel, and its irradiance without shadow for the error.
+    fn sampled_at_home<const N: usize>(
+        &mut self,
+        texel: usize,
+        stream: &Stream,
+        mut found: Sampled<N>,
+        sample: impl Fn(&mut Self, &SurfacePoint, DVec2) -> ([f64; N], f64),
+    ) -> Sampled<N> {
+        let Some(point) = self.receiver.home(self.scene, texel) else {
+            found.mean = [f64::NAN; N];
+            found.error = [f64::NAN; N];
+            return found;
+        };
+        let samples = REPLICATES * SAMPLES;
+        for number in 0..samples {
+            let [s, t, ..] = stream.point4(u64::from(number));
+            let (arriving, passed) = sample(self, &point, DVec2::new(s, t));
+            for c in 0..N {
+                found.mean[c] += arriving[c] * passed;
+                found.error[c] += arriving[c];
+            }
+        }
+        let by_samples = |sum: f64| sum / f64::from(samples);
+        found.mean = found.mean.map(by_samples);
+        found.error = found.error.map(by_samples);
+        found
+    }
+}
