@@ -53,7 +53,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
                 .filter(|emitter| emitter.is_environment())
                 .map(Emitter::plugin)
                 .collect::<Vec<_>>(),
-            "shines from all round: for paths from a camera only",
+            "shines from all round: for photons and paths",
             "no light comes from all round",
         ),
         item(

@@ -381,35 +381,38 @@ fn errors_of_environments_name_place_and_reason() {
     }
 }
 
-/// Messages of photons, beams and probes on a scene that they must refuse, for its first sensor.
-fn refusals(scene: &Scene) -> [String; 3] {
-    let progress = Progress::default();
+/// Messages of beams and probes on a scene that they must refuse, for its first sensor.
+fn refusals(scene: &Scene) -> [String; 2] {
     let sensor = &scene.sensors()[0];
-    let photons = Setup::new(scene, sensor, PhotonSettings::default(), &progress);
     let probed = probe(scene, sensor, DVec2::splat(0.5), &ProbeSettings::default());
     [
-        photons.err().expect("photons start").to_string(),
         supports(scene).unwrap_err().to_string(),
         probed.unwrap_err().to_string(),
     ]
 }
 
 #[test]
-fn photons_beams_and_probes_refuse_what_they_cannot_start_from_by_name() {
+fn methods_refuse_what_they_cannot_start_from_by_name() {
     let meter = "<shape type=\"rectangle\"><sensor type=\"irradiancemeter\"/></shape>";
     let textured =
         "<shape type=\"disk\"><emitter type=\"area\"><texture name=\"radiance\" type=\"bitmap\">
         <string name=\"filename\" value=\"color.png\"/></texture></emitter></shape>";
-    for (emitter, named) in [
-        (MAP, "emitter 0 (envmap) shines from all round"),
+    for (emitter, named, is_for_photons) in [
+        (MAP, "emitter 0 (envmap) shines from all round", true),
         (
             "<emitter type=\"constant\"/>",
             "emitter 0 (constant) shines from all round",
+            true,
         ),
-        (textured, "emitter 0 (area) has a texture"),
+        (textured, "emitter 0 (area) has a texture", false),
     ] {
         let scene = scene(&format!("{emitter}{meter}"));
-        for message in refusals(&scene) {
+        let progress = Progress::default();
+        let settings = PhotonSettings::default();
+        let photons = Setup::new(&scene, &scene.sensors()[0], settings, &progress);
+        assert_eq!(photons.is_ok(), is_for_photons, "{named}");
+        let by_photons = photons.err().map(|error| error.to_string());
+        for message in refusals(&scene).into_iter().chain(by_photons) {
             assert!(
                 message.contains(named) && message.contains("--method path"),
                 "{message}"

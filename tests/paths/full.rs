@@ -211,7 +211,18 @@ fn assert_mapped(layer: &Layer, report: &FullReport, by_paths: &Layer) {
 
 #[test]
 fn the_image_is_that_of_paths_class_by_class_where_the_lamp_is_broad() {
-    let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, MIRROR, LAMP]);
+    assert_classes_are_those_of_paths(LAMP);
+}
+
+#[test]
+fn the_image_is_that_of_paths_class_by_class_where_light_comes_from_all_round() {
+    assert_classes_are_those_of_paths(
+        "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"2, 3, 4\"/></emitter>",
+    );
+}
+
+fn assert_classes_are_those_of_paths(lamp: &str) {
+    let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, MIRROR, lamp]);
     let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 22));
     let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
     assert_eq!(methods, [Finder::Photons, Finder::PhotonMap, Finder::Path]);
@@ -364,8 +375,14 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
             PhotonMap,
             &["caustic-indirect"],
         ),
-        (FLOOR, &[BALL, sky], Path, Path, &["all round"]),
-        (FLOOR, &[BALL, sky, POINT], Path, Path, &["never"]),
+        (FLOOR, &[BALL, sky], Photons, PhotonMap, &[]),
+        (
+            FLOOR,
+            &[BALL, sky, POINT],
+            Photons,
+            PhotonMap,
+            &["caustic-indirect"],
+        ),
         (textured, &[BALL, LAMP], Photons, PhotonMap, &[]),
         (
             textured,

@@ -9,6 +9,7 @@ mod closed_form_monte_carlo;
 mod closed_form_scenes;
 mod closed_forms;
 mod determinism;
+mod environments;
 mod ledger;
 mod light_space;
 mod light_tracing;

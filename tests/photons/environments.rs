@@ -1,0 +1,311 @@
+//! Light from all round: closed forms, light followed backwards, and what a sun in an image costs.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+use nephroid::internals::film::{Image, exr};
+use nephroid::internals::mitsuba;
+use nephroid::internals::numeric::{SampleMoments, Stream, StreamKind};
+use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::photons::{PhotonSettings, run};
+use nephroid::internals::run::{Budget, Estimate, Progress};
+use nephroid::internals::scene::{Emitter, Envmap, Scene};
+use nephroid::internals::transport::domain::LightSpace;
+use tempfile::TempDir;
+
+/// A ball of glass that rests a tenth above the floor.
+const BALL: &str = "<shape type=\"sphere\"><point name=\"center\" x=\"0.1\" y=\"0\" z=\"1.1\"/>\
+    <bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/></bsdf></shape>";
+
+const EVEN: &str =
+    "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"2, 2, 2\"/></emitter>";
+
+const IMAGE: &str = "<emitter type=\"envmap\"><string name=\"filename\" value=\"sky.exr\"/>\
+    <transform name=\"to_world\"><rotate x=\"1\" angle=\"77\"/></transform></emitter>";
+
+/// A floor with a meter of `side` texels and half width `half`, other elements, and an image of radiances.
+fn scene(elements: &str, half: f64, side: usize, image: Option<&Sky>) -> Scene {
+    let folder = TempDir::new().unwrap();
+    if let Some(sky) = image {
+        let mut image = Image::new(sky.width, sky.texels.len() / sky.width);
+        let names = ["R", "G", "B"];
+        for (c, name) in names.into_iter().enumerate() {
+            image.add_scalar(name, sky.texels.iter().map(|texel| texel[c]));
+        }
+        exr::write(&folder.path().join("sky.exr"), &image).unwrap();
+    }
+    let path = folder.path().join("scene.xml");
+    let floor = format!(
+        "<shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"{half}\" y=\"{half}\"/></transform>\
+         <bsdf type=\"diffuse\"/><sensor type=\"irradiancemeter\"><film type=\"hdrfilm\">\
+         <integer name=\"width\" value=\"{side}\"/><integer name=\"height\" value=\"{side}\"/>\
+         <rfilter type=\"box\"/></film></sensor></shape>"
+    );
+    let xml = format!("<scene version=\"3.0.0\">{elements}{floor}</scene>");
+    std::fs::write(&path, xml).unwrap();
+    mitsuba::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// An image of radiances.
+struct Sky {
+    width: usize,
+    texels: Vec<[f64; 3]>,
+}
+
+/// A dim sky, brighter to one side, in three colours.
+fn uneven() -> Sky {
+    let texel = |i: usize| {
+        let (column, row) = ((i % 8) as f64, (i / 8) as f64);
+        [1.0 + column, 0.5 + row, if i == 19 { 40.0 } else { 0.25 }]
+    };
+    Sky {
+        width: 8,
+        texels: (0..40).map(texel).collect(),
+    }
+}
+
+fn by_photons(scene: &Scene, photons: u64) -> Estimate {
+    let settings = PhotonSettings::default();
+    let budget = Budget::work(photons);
+    run(
+        scene,
+        &scene.sensors()[0],
+        settings,
+        &budget,
+        &Progress::default(),
+    )
+    .unwrap()
+}
+
+/// The light that comes to a point of the floor from `direction`: L of the sky, split at the ball, black where
+/// it comes from the floor. Written from the formulas alone.
+fn followed_backwards(from: DVec3, direction: DVec3, sky: &dyn Fn(DVec3) -> Rgb) -> Rgb {
+    const CENTER: DVec3 = DVec3::new(0.1, 0.0, 1.1);
+    // Nothing but the floor is there: it is black, and 3 m wide each way.
+    let leaves = |place: DVec3, direction: DVec3| {
+        let reach = -place.z / direction.z;
+        let at = place + direction * reach;
+        if direction.z < 0.0 && at.x.abs() <= 3.0 && at.y.abs() <= 3.0 {
+            Rgb::BLACK
+        } else {
+            sky(direction)
+        }
+    };
+    let offset = from - CENTER;
+    let along = -offset.dot(direction);
+    let discriminant = along * along - (offset.length_squared() - 1.0);
+    if discriminant <= 0.0 || along <= 0.0 {
+        return leaves(from, direction);
+    }
+    let mut place = from + direction * (along - discriminant.sqrt());
+    let normal = place - CENTER;
+    let cos_i = -direction.dot(normal);
+    let cos_t = (1.0 - (1.0 - cos_i * cos_i) / 2.25).sqrt();
+    // Fresnel's formulas for unpolarised light.
+    let s = (cos_i - 1.5 * cos_t) / (cos_i + 1.5 * cos_t);
+    let p = (1.5 * cos_i - cos_t) / (1.5 * cos_i + cos_t);
+    let reflected = 0.5 * (s * s + p * p);
+    let mut sum = leaves(place, direction + normal * (2.0 * cos_i)) * reflected;
+    let mut inside = direction / 1.5 + normal * (cos_i / 1.5 - cos_t);
+    let mut rest = 1.0 - reflected;
+    // As many events as photons have.
+    for _ in 0..15 {
+        place += inside * (2.0 * cos_t);
+        let normal = (place - CENTER).normalize();
+        let tangent = inside - normal * inside.dot(normal);
+        let out = tangent * 1.5 + normal * cos_i;
+        sum += leaves(place, out.normalize()) * (rest * (1.0 - reflected));
+        rest *= reflected;
+        inside -= normal * (2.0 * inside.dot(normal));
+    }
+    sum
+}
+
+/// E of the texels of a meter by directions with the density cos θ / π, and its standard errors.
+fn backwards(half: f64, side: usize, sky: &dyn Fn(DVec3) -> Rgb) -> Vec<[(f64, f64); 3]> {
+    const DIRECTIONS: u64 = 1 << 14;
+    let texel = |index: usize| {
+        let stream = Stream::new(StreamKind::Random, 5).split(index as u64);
+        let corner = DVec2::new((index % side) as f64, (index / side) as f64);
+        let mut moments = [SampleMoments::default(); 3];
+        for number in 0..DIRECTIONS {
+            let [u, v, s, t] = stream.point4(number);
+            let uv = (corner + DVec2::new(u, v)) / side as f64;
+            let place = ((uv * 2.0 - 1.0) * half).extend(0.0);
+            let (r, phi) = (s.sqrt(), 2.0 * PI * t);
+            let towards = DVec3::new(r * phi.cos(), r * phi.sin(), (1.0 - s).sqrt());
+            let light = followed_backwards(place, towards, sky) * PI;
+            for (moments, value) in moments.iter_mut().zip(light.0) {
+                moments.add(value);
+            }
+        }
+        moments.map(|it| {
+            (
+                it.mean().unwrap(),
+                (it.variance().unwrap() / DIRECTIONS as f64).sqrt(),
+            )
+        })
+    };
+    (0..side * side).map(texel).collect()
+}
+
+/// Differences of photons and light followed backwards by their joint errors, texel by texel.
+fn assert_same(found: &Estimate, expected: &[[(f64, f64); 3]]) {
+    for channel in 0..3 {
+        let z: Vec<f64> = (found.total.values.iter())
+            .zip(&found.total.standard_error)
+            .zip(expected)
+            .map(|((value, error), expected)| {
+                let (mean, of_mean) = expected[channel];
+                (value.0[channel] - mean) / error.0[channel].hypot(of_mean)
+            })
+            .collect();
+        let n = z.len() as f64;
+        let mean = z.iter().sum::<f64>() / n;
+        let square = z.iter().map(|z| z * z).sum::<f64>() / n;
+        let most = z.iter().fold(0.0, |most: f64, z| most.max(z.abs()));
+        // Of 32 replicates: Student's t, whose square has a mean of 31/29 and which is beyond 6 once in
+        // 800,000. The mean of n has 1/√n if texels are independent; they share directions, so 3 of these
+        // twice.
+        assert!(most < 6.0, "{channel}: {most} {z:?}");
+        assert!(mean.abs() < 6.0 / n.sqrt(), "{channel}: {mean} {z:?}");
+        assert!((0.3..2.2).contains(&square), "{channel}: {square} {z:?}");
+    }
+}
+
+#[test]
+fn open_floors_have_pi_l_of_even_light() {
+    let scene = scene(EVEN, 1.0, 4, None);
+    let found = by_photons(&scene, 1 << 10);
+    for value in &found.total.values {
+        // Each sample is 2 π, to the rounding of a mean of 128.
+        assert!((value.0[0] - 2.0 * PI).abs() < 1e-13, "{value:?}");
+    }
+}
+
+#[test]
+fn open_floors_have_the_light_of_an_image_by_its_cosine() {
+    let scene = scene(IMAGE, 1.0, 4, Some(&uneven()));
+    let [Emitter::Envmap(map)] = scene.emitters() else {
+        panic!("an image");
+    };
+    // The midpoint rule in cos θ and φ.
+    let (rows, columns) = (400, 800);
+    let mut expected = Rgb::BLACK;
+    for row in 0..rows {
+        let squared = (row as f64 + 0.5) / f64::from(rows);
+        let (up, out) = (squared.sqrt(), (1.0 - squared).sqrt());
+        for column in 0..columns {
+            let phi = 2.0 * PI * (f64::from(column) + 0.5) / f64::from(columns);
+            expected += map.radiance(DVec3::new(out * phi.cos(), out * phi.sin(), up));
+        }
+    }
+    expected = expected * (PI / f64::from(rows * columns));
+    let found = by_photons(&scene, 1 << 10);
+    for (value, error) in found.total.values.iter().zip(&found.total.standard_error) {
+        for c in 0..3 {
+            let off = (value.0[c] - expected.0[c]).abs();
+            // 16 replicates, Student's t: beyond 6 once in 40,000; the rule itself is good to 1e-3.
+            assert!(
+                off < 6.0 * error.0[c] + 1e-3 * expected.0[c],
+                "{off} {error:?} {expected:?}"
+            );
+            // And the error says something. Directions are drawn by luminance, of which blue is 7 %.
+            assert!(error.0[c] < 0.5 * expected.0[c], "{error:?}");
+        }
+    }
+}
+
+#[test]
+fn a_ball_in_even_light_changes_nothing_but_by_the_black_floor() {
+    let scene = scene(&format!("{EVEN}{BALL}"), 3.0, 6, None);
+    let found = by_photons(&scene, 1 << 20);
+    assert_same(&found, &backwards(3.0, 6, &|_| Rgb::grey(2.0)));
+}
+
+#[test]
+fn a_balls_light_of_an_image_is_that_of_light_followed_backwards() {
+    let scene = scene(&format!("{IMAGE}{BALL}"), 3.0, 6, Some(&uneven()));
+    let [Emitter::Envmap(map)] = scene.emitters() else {
+        panic!("an image");
+    };
+    let map: &Envmap = map;
+    let found = by_photons(&scene, 1 << 20);
+    assert_same(
+        &found,
+        &backwards(3.0, 6, &|direction| map.radiance(direction)),
+    );
+}
+
+#[test]
+fn an_image_of_one_colour_is_even_light() {
+    let grey = Sky {
+        width: 8,
+        texels: vec![[2.0; 3]; 40],
+    };
+    let scenes = [
+        scene(&format!("{EVEN}{BALL}"), 3.0, 6, None),
+        scene(&format!("{IMAGE}{BALL}"), 3.0, 6, Some(&grey)),
+    ];
+    // Both bound the flux of the ball's disc: 4 π · π r² L. An image bounds it cell by cell: no cell is
+    // brighter than another.
+    let ball = 4.0 * PI * PI * 3.0 * 2.0;
+    for scene in &scenes {
+        let flux = LightSpace::new(scene).unwrap().flux_bound().0[0];
+        // The ball about the bounds, a cube of half width 1, has the radius √3.
+        assert!((flux / ball - 1.0).abs() < 1e-8, "{flux} {ball}");
+    }
+    let found = scenes.map(|scene| by_photons(&scene, 1 << 20));
+    let expected: Vec<[(f64, f64); 3]> = found[1]
+        .total
+        .values
+        .iter()
+        .zip(&found[1].total.standard_error)
+        .map(|(value, error)| std::array::from_fn(|c| (value.0[c], error.0[c])))
+        .collect();
+    assert_same(&found[0], &expected);
+}
+
+#[test]
+fn a_sun_in_an_image_gets_cells_of_its_own() {
+    let mut sun = Sky {
+        width: 256,
+        texels: vec![[1.0; 3]; 256 * 129],
+    };
+    // Of all light 10⁶ / (10⁶ + 256 · 128) is in one texel of four square ones.
+    sun.texels[40 * 256 + 77] = [1e6; 3];
+    let scene = scene(&format!("{IMAGE}{BALL}"), 3.0, 6, Some(&sun));
+    let light = LightSpace::new(&scene).unwrap();
+    let (mut of_sun, mut waste) = (0.0, 0.0);
+    for (index, cell) in light.cells().iter().enumerate() {
+        let size = cell.patch().to - cell.patch().from;
+        let middle = 0.5 * (cell.patch().to + cell.patch().from);
+        let is_near = (middle - DVec2::new(77.0, 40.0)).abs().max_element() < 1.0;
+        if is_near {
+            of_sun += light.share(index);
+        } else {
+            waste += light.share(index);
+        }
+        // No cell with more than its share is wider than a texel.
+        assert!(size.max_element() <= 1.0 || light.share(index) < 2.0 / 2048.0);
+    }
+    assert!(of_sun > 0.9, "{of_sun} {waste}");
+}
+
+#[test]
+fn environments_give_the_same_bits_on_any_number_of_threads() {
+    let scene = scene(&format!("{IMAGE}{BALL}"), 3.0, 6, Some(&uneven()));
+    let bits = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let found = pool
+            .build()
+            .unwrap()
+            .install(|| by_photons(&scene, 1 << 16));
+        let values = found.total.values.iter().chain(&found.total.standard_error);
+        values
+            .flat_map(|it| it.0.map(f64::to_bits))
+            .collect::<Vec<_>>()
+    };
+    let one = bits(1);
+    assert!(one == bits(2) && one == bits(5));
+}
