@@ -300,6 +300,15 @@ fn a_spoiled_file_is_made_anew_with_a_warning_that_names_it() {
             } else {
                 let kind = 92 + 128 + 8;
                 spoiled.push((resealed(changed(good, kind, &[7])), "another kind"));
+                // More photons than were asked for, flux without end, more cut off than there is.
+                for place in [92, 100, kind - 8] {
+                    let to = if place == 100 {
+                        f64::INFINITY.to_le_bytes()
+                    } else {
+                        [0xff; 8]
+                    };
+                    spoiled.push((resealed(changed(good, place, &to)), "cannot be"));
+                }
                 let is_tree = good[kind] == 1;
                 if is_tree {
                     spoiled.push((

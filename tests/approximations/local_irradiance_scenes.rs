@@ -87,6 +87,52 @@ fn a_camera_sees_with_cells_what_it_sees_without() {
 }
 
 #[test]
+fn a_camera_sees_the_same_light_however_many_rays_look_for_the_floor() {
+    // A ray a pixel misses slivers of the floor beside the border of the image and behind the ball, which
+    // photons find.
+    let scene = seen_from_above([0.5; 3]);
+    let [few, many] = ["1", "8"].map(|samples| image(&[("samples", samples)], &scene));
+    for (one, other) in few.iter().zip(&many) {
+        // A quotient and its product, of some units of 2⁻⁵³.
+        let off = (*one + *other * -1.0).0.map(f64::abs);
+        assert!(
+            off.iter()
+                .zip(other.0)
+                .all(|(off, value)| *off <= 1e-14 * value),
+            "{one:?} {other:?}"
+        );
+    }
+}
+
+#[test]
+fn the_border_of_a_spot_lamp_turns_with_the_light_about_an_axis() {
+    // The cone fades across the ball: twisted about the light it would fade elsewhere.
+    let spot = r#"<emitter type="spot"><transform name="to_world"><lookat origin="2, 1, 5" target="0.9, -0.4, 1.4"
+        up="0, 0, 1"/></transform><rgb name="intensity" value="30, 30, 30"/>
+        <float name="cutoff_angle" value="16"/><float name="beam_width" value="2"/></emitter>"#;
+    let scene = scene_of(&lit_by(spot, &ball(GLASS), 8));
+    let light = |settings: &[(&str, &str)]| {
+        let method = exact_but(&[&[("photons", "262144")], settings].concat());
+        texels(&method, &scene)
+    };
+    let exact = light(&[]);
+    let apart = |found: &[f64]| {
+        let off: f64 = found.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum();
+        off / exact.iter().sum::<f64>()
+    };
+    let noise = apart(&light(&[("seed", "1")]));
+    let turned = [
+        ("directions", "barycentric"),
+        ("symmetry", "axis"),
+        ("axis-samples", "4096"),
+        ("tables", "needed"),
+    ];
+    // Samples are 0.04 degrees apart, a hundredth of a texel. Noise is that of other photons, twice over.
+    let found = apart(&light(&turned));
+    assert!(found < 2.0 * noise + 0.01, "{found} {noise}");
+}
+
+#[test]
 fn what_is_behind_a_lamp_is_not_in_its_way() {
     let lamp = r#"<emitter type="point"><point name="position" x="0.2" y="-0.3" z="5"/>
         <rgb name="intensity" value="30, 30, 30"/></emitter>"#;
@@ -152,6 +198,44 @@ fn a_pane_that_is_not_there_takes_no_light() {
         "{} {open}",
         light(pane)
     );
+}
+
+#[test]
+fn tables_of_a_region_that_grows_are_refused_if_they_fit_alone_but_not_together() {
+    let scene = scene_of(&lit_by(&sun([0.2, 0.0, -1.0]), &ball(GLASS), 8));
+    let run = |directions: &str, normal: &str, memory_limit: u64| {
+        let context = Context {
+            memory_limit: Some(memory_limit),
+            ..Context::default()
+        };
+        let method = tables(&[
+            ("photons", "4096"),
+            ("cells", "20"),
+            ("reach", "1.2"),
+            ("storage", "f16"),
+            ("region", "exact"),
+            ("directions", directions),
+            ("normal", normal),
+        ]);
+        let ran = method.run(&scene, meter(&scene), &Budget::default(), &context);
+        ran.map(drop).map_err(|error| error.to_string())
+    };
+    // What is too little for one table says how many cells there are.
+    let said = run("exact", "fixed", 10_000_000).unwrap_err();
+    let (before, _) = said.split_once(" cells are more than fit").unwrap();
+    let cells: f64 = before.rsplit(' ').next().unwrap().parse().unwrap();
+    // A number takes 120 bytes and 24 a thread, of which these tests have up to eight: one table takes 144 to
+    // 312 a cell. Three take 384 to 552, and one of vectors 432 to 936.
+    let threads = rayon::current_num_threads().min(8) as f64;
+    let limit = (cells * (130.0 + 24.0 * threads)) as u64;
+    assert_eq!(run("exact", "fixed", limit), Ok(()));
+    for (directions, normal) in [("barycentric", "fixed"), ("exact", "vector")] {
+        let said = run(directions, normal, limit).unwrap_err();
+        assert!(
+            said.contains("region=exact: "),
+            "{directions} {normal}: {said}"
+        );
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@ use half::f16;
 
 use super::cells::Cells;
 use super::chunk::{AROUND, Key, Reader, is_fitted, opened, put_f64, put_u64, sealed};
+use super::directions::Samples;
 use super::layout::Layout;
 use super::settings::Settings;
 use super::shoot::Tally;
@@ -63,6 +64,8 @@ pub struct Expected {
     most: u64,
     /// Children and levels of trees, and roots.
     trees: Option<([u32; 2], usize)>,
+    /// Photons of all samples, of which harmonics of the light's direction are made.
+    photons: u64,
 }
 
 impl Expected {
@@ -93,6 +96,9 @@ impl Expected {
             },
             most,
             trees,
+            photons: settings
+                .photons
+                .saturating_mul(u64::from(Samples::count(settings))),
         }
     }
 
@@ -241,6 +247,9 @@ impl Reader<'_> {
             left: self.triple()?,
         };
         let saturated = self.u64()?;
+        if !tally.is_finite() || tally.photons > expected.photons || saturated > expected.most {
+            return Err("its photons, or their flux, cannot be".to_owned());
+        }
         let kind = Kind::ALL.get(usize::from(self.u8()?));
         if kind != Some(&expected.kind) {
             return Err("it is of another kind of table".to_owned());
@@ -295,7 +304,7 @@ impl Reader<'_> {
         // `wanted` is that of the layout: it does not come from the file.
         let each = bytes_each(expected.storage) as usize;
         let bytes = self.take(count as usize * each)?;
-        Ok(match expected.storage {
+        let stored = match expected.storage {
             Storage::U8 => Stored::U8 {
                 steps: triples(bytes, |[x]| x),
                 step,
@@ -311,7 +320,11 @@ impl Reader<'_> {
             Storage::F16 => Stored::F16(triples(bytes, f16::from_le_bytes)),
             Storage::F32 => Stored::F32(triples(bytes, f32::from_le_bytes)),
             Storage::Exact => Stored::F64(triples(bytes, f64::from_le_bytes)),
-        })
+        };
+        if !stored.is_finite() {
+            return Err("its numbers are not all finite".to_owned());
+        }
+        Ok(stored)
     }
 }
 

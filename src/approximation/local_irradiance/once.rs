@@ -226,6 +226,10 @@ impl Run<'_> {
                     for c in 0..3 {
                         if measure * unit[c] > 0.0 {
                             sums[texel][c] += blended.weight * value[c] / (measure * unit[c]);
+                        } else if measure > 0.0 {
+                            // No sample of the pixel met the surface that these photons met.
+                            values[texel].0[c] +=
+                                blended.weight * value[c] / measure * part.light.irradiance.0[c];
                         }
                     }
                 }

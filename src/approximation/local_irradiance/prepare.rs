@@ -120,8 +120,10 @@ impl Lit<'_> {
                     own,
                 )),
             ) => {
-                // The light's own direction, along the world's axes.
-                let back = least_rotation(blended.towards, own);
+                // The light's own direction, along the world's axes: by the way back of places, if these are
+                // turned.
+                let turned = least_rotation(blended.towards, blended.turn * own);
+                let back = blended.turn.transpose() * turned;
                 Lamp::Point {
                     towards,
                     distance: origin.distance(object.center),

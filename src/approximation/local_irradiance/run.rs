@@ -14,6 +14,7 @@ use super::prepare::{adapted_radii, even_radii};
 use super::scenery::{Kept, Reading, Scenery, part};
 use super::settings::Settings;
 use super::shelf::Shelf;
+use super::size::{Size, parts};
 use super::variants::{BySteps, Radii, Region, STAGES, Step, Tree};
 use super::work::Work;
 use crate::approximation::clock::{Clocked, Done, stage_work};
@@ -29,6 +30,8 @@ pub struct Run<'a> {
     pub(super) scene: &'a Scene,
     pub(super) film: SensorFilm,
     pub(super) shelf: Shelf,
+    /// Tables that a frame holds at once.
+    pub(super) together: u64,
     pub(super) done: BySteps<Done<Work>>,
 }
 
@@ -59,6 +62,7 @@ impl<'a> Run<'a> {
             scene,
             film: SensorFilm::new(scene, sensor)?,
             shelf: Shelf::new(settings, context),
+            together: Size::new(scene, sensor, settings).samples.max(1),
             done: Default::default(),
         })
     }
@@ -149,7 +153,8 @@ impl<'a> Run<'a> {
         }
         // How many cells there are is known only now.
         let farthest = self.farthest(object.center);
-        let cells = cells_needed(settings, object.radius, &radii, farthest);
+        let cells =
+            cells_needed(settings, object.radius, &radii, farthest) * parts(settings) as f64;
         let most = self.most_numbers();
         if cells > most {
             return Err(Refusal::new(format!(
@@ -163,12 +168,13 @@ impl<'a> Run<'a> {
         Ok(Layout::new(settings, object.radius, &radii, farthest))
     }
 
-    /// The most numbers of a table whose sums fit into the memory, and that have numbers at all.
+    /// The most numbers of a table whose sums fit into the memory with the frame's other tables, and that
+    /// have numbers at all.
     pub(super) fn most_numbers(&self) -> f64 {
         /// Bytes of a number: its sum on a thread; its value, copied once; how it is found again.
         const SUM: f64 = 24.0;
         const VALUE: f64 = 120.0;
-        let each = VALUE + SUM * rayon::current_num_threads() as f64;
+        let each = VALUE * self.together as f64 + SUM * rayon::current_num_threads() as f64;
         let free = self.context.available_bytes();
         let fitting = free.map_or(f64::INFINITY, |bytes| bytes as f64 / each);
         fitting.min(f64::from(u32::MAX))

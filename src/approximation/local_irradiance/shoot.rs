@@ -83,6 +83,18 @@ pub struct Tally {
 }
 
 impl Tally {
+    /// True if all of its flux is a number, as it is but in a foreign file.
+    pub fn is_finite(&self) -> bool {
+        let flux = [
+            self.set_out,
+            self.missed,
+            self.absorbed,
+            self.cut_off,
+            self.left,
+        ];
+        flux.as_flattened().iter().all(|it| it.is_finite())
+    }
+
     /// The photons of another, and its flux times a factor.
     pub fn add_scaled(&mut self, other: &Self, factor: f64) {
         self.add_coloured(other, [factor; 3]);

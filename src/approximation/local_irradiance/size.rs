@@ -55,12 +55,7 @@ impl Size {
             _ => all,
         };
         let triangles = 20 << (2 * settings.shell_level);
-        // A vector has three numbers where irradiance has one.
-        let parts = match (settings.normal, kind(settings)) {
-            (Normal::Vector, Some(_)) => 3,
-            _ => 1,
-        };
-        let cells = parts
+        let cells = parts(settings)
             * match kind(settings) {
                 None => texels,
                 Some(Tree::Grid) => u64::from(settings.cells).pow(3),
@@ -203,5 +198,12 @@ impl Size {
             megabytes(size.bytes()),
             megabytes(available),
         )
+    }
+}
+/// Numbers of a cell: a vector has three where irradiance has one.
+pub fn parts(settings: &Settings) -> u64 {
+    match (settings.normal, kind(settings)) {
+        (Normal::Vector, Some(_)) => 3,
+        _ => 1,
     }
 }

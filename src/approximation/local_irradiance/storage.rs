@@ -26,6 +26,16 @@ pub enum Stored {
 }
 
 impl Stored {
+    /// True if all are numbers, as they are but in a foreign file.
+    pub fn is_finite(&self) -> bool {
+        match self {
+            Self::U8 { .. } | Self::Rgb9e5(_) => true,
+            Self::F16(triples) => triples.as_flattened().iter().all(|it| it.is_finite()),
+            Self::F32(triples) => triples.as_flattened().iter().all(|it| it.is_finite()),
+            Self::F64(triples) => triples.as_flattened().iter().all(|it| it.is_finite()),
+        }
+    }
+
     /// The numbers as they are kept, and how many triples the range cuts off.
     pub fn new(values: Vec<[f64; 3]>, storage: Storage, range: f64) -> (Self, u64) {
         let cut = |largest: f64| {
