@@ -9,34 +9,44 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from datetime import timedelta
 from typing import Any
 
 from . import _nephroid
+from ._about import Attribution, Inspection, LightPath, Probe, Shares, Stage, attribute, inspect, probe
 from ._compare import Comparison, compare
 from ._dict import load_dict
 from ._errors import Error, LoadError, RefusedError, SettingError
 from ._nephroid import Film, Layer, Progress, Scene, __version__
-from ._text import checked_scene, parameters, text
+from ._text import checked_scene, parameters, wish
 
 __all__ = [
+    "Attribution",
     "Comparison",
     "Error",
     "Film",
+    "Inspection",
     "Layer",
+    "LightPath",
     "LoadError",
+    "Probe",
     "Progress",
     "RefusedError",
     "Scene",
     "SettingError",
+    "Shares",
+    "Stage",
     "__version__",
+    "attribute",
     "compare",
+    "inspect",
     "load_dict",
     "load_file",
     "load_string",
     "merge",
     "methods",
+    "probe",
     "render",
     "shard",
     "tell",
@@ -58,31 +68,6 @@ def load_file(path: str | os.PathLike[str], /, *, lenient: bool = False, **param
 def load_string(source: str, /, *, lenient: bool = False, **params: object) -> Scene:
     """Reads a scene from the text of a scene file. Names of files in it are relative to the working folder."""
     return _nephroid.load("<string>", parameters(params), [("<string>", source.encode())], lenient)
-
-
-def _wish(
-    sensor: str | None,
-    method: str | None,
-    given: Mapping[str, object],
-    threads: int | None,
-    filter: str | None,
-    cache: str | os.PathLike[str] | None,
-    memory: int | None,
-) -> _nephroid.Wish:
-    if threads is not None and not 1 <= threads <= 1024:
-        raise SettingError(f'threads is "{threads}"; allowed are whole numbers 1..=1024')
-    if filter not in (None, "box"):
-        raise SettingError(f'filter is "{filter}"; allowed are box and None, which is the scene\'s')
-    settings = [(key.replace("_", "-"), text(value, key)) for key, value in given.items() if value is not None]
-    return {
-        "sensor": sensor,
-        "method": None if method is None else method.replace("_", "-"),
-        "settings": settings,
-        "is_box": filter == "box",
-        "threads": threads,
-        "cache": None if cache is None else os.fspath(cache),
-        "memory": memory,
-    }
 
 
 def render(
@@ -113,8 +98,8 @@ def render(
     Raises :class:`SettingError` and :class:`RefusedError`.
     """
     limits = {"error": error, "time": time, "photons": photons, "seed": seed}
-    wish = _wish(sensor, method, {**limits, **settings}, threads, filter, cache, memory)
-    return _nephroid.render(checked_scene(scene), wish, progress)
+    asked = wish(sensor, method, {**limits, **settings}, threads, filter, cache, memory)
+    return _nephroid.render(checked_scene(scene), asked, progress)
 
 
 def shard(
@@ -132,8 +117,8 @@ def shard(
 ) -> bytes | None:
     """Traces part ``index`` (from 1 on) of ``count`` of a run of photons. None if ``progress`` stopped it."""
     given = {"photons": photons, "seed": seed, **settings}
-    wish = _wish(sensor, None, given, threads, filter, None, None)
-    return _nephroid.shard(checked_scene(scene), index, count, wish, progress)
+    asked = wish(sensor, None, given, threads, filter, None, None)
+    return _nephroid.shard(checked_scene(scene), index, count, asked, progress)
 
 
 def merge(
@@ -149,8 +134,8 @@ def merge(
 ) -> Film:
     """Puts all parts of a run together: the bits of the run in one piece. It needs the same settings."""
     given = {"photons": photons, "seed": seed, **settings}
-    wish = _wish(sensor, None, given, threads, filter, None, None)
-    return _nephroid.merge(checked_scene(scene), list(parts), wish)
+    asked = wish(sensor, None, given, threads, filter, None, None)
+    return _nephroid.merge(checked_scene(scene), list(parts), asked)
 
 
 def methods() -> dict[str, dict[str, Any]]:

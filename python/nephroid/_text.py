@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from datetime import timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ._errors import SettingError
 from ._nephroid import Scene
+
+if TYPE_CHECKING:
+    from ._nephroid import _Wish
 
 
 def text(value: object, key: str) -> str:
@@ -29,6 +33,36 @@ def text(value: object, key: str) -> str:
 def parameters(params: Mapping[str, object]) -> list[tuple[str, str]]:
     """The parameters of a scene file, as text."""
     return [(key, text(value, key)) for key, value in params.items()]
+
+
+def settings_as_text(given: Mapping[str, object]) -> list[tuple[str, str]]:
+    """Settings as text, those that are None left out. Their names have ``_`` for ``-``."""
+    return [(key.replace("_", "-"), text(value, key)) for key, value in given.items() if value is not None]
+
+
+def wish(
+    sensor: str | None,
+    method: str | None,
+    given: Mapping[str, object],
+    threads: int | None = None,
+    filter: str | None = None,
+    cache: str | os.PathLike[str] | None = None,
+    memory: int | None = None,
+) -> _Wish:
+    """A wish for a run, as the compiled half takes it."""
+    if threads is not None and not 1 <= threads <= 1024:
+        raise SettingError(f'threads is "{threads}"; allowed are whole numbers 1..=1024')
+    if filter not in (None, "box"):
+        raise SettingError(f'filter is "{filter}"; allowed are box and None, which is the scene\'s')
+    return {
+        "sensor": sensor,
+        "method": None if method is None else method.replace("_", "-"),
+        "settings": settings_as_text(given),
+        "is_box": filter == "box",
+        "threads": threads,
+        "cache": None if cache is None else os.fspath(cache),
+        "memory": memory,
+    }
 
 
 def is_of_mitsuba(value: object, *names: str) -> bool:

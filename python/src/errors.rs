@@ -26,12 +26,22 @@ pub fn setting(py: Python<'_>, message: impl ToString) -> PyErr {
     raised(py, "SettingError", (message.to_string(),))
 }
 
+/// A scene or a sensor that cannot be worked on.
+pub fn refused(py: Python<'_>, message: impl ToString) -> PyErr {
+    raised(py, "RefusedError", (message.to_string(),))
+}
+
 /// An error that ended a run.
 pub fn run(py: Python<'_>, error: &Error) -> PyErr {
+    run_as(py, error, error)
+}
+
+/// An error that ended a run, in other words.
+pub fn run_as(py: Python<'_>, error: &Error, message: impl ToString) -> PyErr {
     match error {
-        Error::Setting(error) => setting(py, error),
-        Error::Refused(refusal) => raised(py, "RefusedError", (refusal.to_string(),)),
-        other => plain(py, other),
+        Error::Setting(_) => setting(py, message),
+        Error::Refused(_) => refused(py, message),
+        _ => plain(py, message),
     }
 }
 

@@ -7,10 +7,14 @@
 //! | `work.rs` | work on a thread and in a pool of its own, while the caller listens for Ctrl-C |
 //! | `scene.rs` | a scene, and how it was read |
 //! | `render.rs` | runs, shards, and their sum |
+//! | `about.rs` | a scene's contents and costs, and the paths to one point |
+//! | `attribute.rs` | the stages of a technique, and what each adds to its error |
 //! | `film.rs` | a result, with its maps as arrays |
 //! | `view.rs` | arrays that look at a film's memory: the only `unsafe` lines |
 //! | `tools.rs` | comparison, images, the table of methods |
 
+mod about;
+mod attribute;
 mod errors;
 mod film;
 mod render;
@@ -33,6 +37,9 @@ fn _nephroid(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(render::render, module)?)?;
     module.add_function(wrap_pyfunction!(render::shard, module)?)?;
     module.add_function(wrap_pyfunction!(render::merge, module)?)?;
+    module.add_function(wrap_pyfunction!(about::inspect, module)?)?;
+    module.add_function(wrap_pyfunction!(about::probe, module)?)?;
+    module.add_function(wrap_pyfunction!(attribute::attribute, module)?)?;
     module.add_function(wrap_pyfunction!(tools::compare, module)?)?;
     module.add_function(wrap_pyfunction!(tools::exr, module)?)?;
     module.add_function(wrap_pyfunction!(tools::methods, module)?)?;

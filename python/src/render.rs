@@ -9,6 +9,7 @@ use nephroid::internals::method::wanted::{Chosen, Wanted};
 use nephroid::internals::reference::photons::Shard;
 use nephroid::internals::reference::photons::shard::Part;
 use nephroid::internals::scene::ReconstructionFilter;
+use nephroid::internals::setting::Given;
 use nephroid::{Budget, Context, Error, Rendering};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -23,20 +24,25 @@ use crate::work::work;
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Wish {
-    sensor: Option<String>,
-    method: Option<String>,
+    pub sensor: Option<String>,
+    pub method: Option<String>,
     /// Settings as text.
     settings: Vec<(String, String)>,
     /// True for a box filter instead of the scene's.
     is_box: bool,
-    threads: Option<usize>,
+    pub threads: Option<usize>,
     cache: Option<PathBuf>,
     memory: Option<u64>,
 }
 
 impl Wish {
+    /// Its settings by key.
+    pub fn given(&self) -> Given {
+        self.settings.iter().cloned().collect()
+    }
+
     fn choose(&self, scene: &nephroid::Scene, is_shard: bool) -> Result<Chosen, Error> {
-        let given = self.settings.iter().cloned().collect();
+        let given = self.given();
         let wanted = Wanted {
             sensor: self.sensor.as_deref(),
             method: self.method.as_deref(),
@@ -48,7 +54,7 @@ impl Wish {
     }
 
     /// Without a number of threads, which a pool of its own has.
-    fn context(&self) -> Context {
+    pub fn context(&self) -> Context {
         Context {
             cache: self.cache.clone(),
             memory_limit: self.memory,

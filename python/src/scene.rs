@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nephroid::internals::mitsuba;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::errors;
 use crate::work::work;
@@ -77,6 +77,20 @@ impl Scene {
             })?
             .size();
         Ok((height, width))
+    }
+
+    /// Contents, requirements and costs, as the function of the same name tells them.
+    #[pyo3(signature = (method = None, sensor = None, **settings))]
+    fn inspect<'py>(
+        slf: &Bound<'py, Self>,
+        method: Option<Bound<'py, PyAny>>,
+        sensor: Option<Bound<'py, PyAny>>,
+        settings: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let module = slf.py().import("nephroid._about")?;
+        module
+            .getattr("inspect")?
+            .call((slf, method, sensor), settings)
     }
 
     fn __repr__(&self) -> String {

@@ -6,13 +6,11 @@ use super::args::{AttributeArgs, SettingArgs};
 use super::outcome::Outcome;
 use super::progress;
 use super::scene::load;
-use crate::method::Method;
-use crate::method::sensors::choose_sensor;
 use crate::metric::Figure;
-use crate::run::Budget;
 use crate::run::format::{percent, three_digits};
-use crate::setting::{Given, Words as _};
-use crate::study::attribution::{self, Attribution, ReducedSensor};
+use crate::setting::Words as _;
+use crate::study::attribution::Attribution;
+use crate::study::attribution::wanted::{Limits, Wanted};
 
 /// Runs the command. Its outcome is incomplete if the truth is not as good as was asked for.
 ///
@@ -20,30 +18,22 @@ use crate::study::attribution::{self, Attribution, ReducedSensor};
 ///
 /// If the scene cannot be read, approximated or measured.
 pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
-    let technique = technique(args)?;
-    let reference = Method::new(&args.truth, &Given::new())?;
+    let given = SettingArgs::default().and(&args.set)?;
     let scene = load(&args.scene)?;
-    let sensor = choose_sensor(&scene, args.sensor.as_deref())?;
     let context = args.cache.context();
-    progress::stop_on_interrupt(&context.progress)?;
-    let budget = Budget {
-        relative_error: Some(args.error),
+    let limits = Limits {
+        truth: args.truth.clone(),
+        error: args.error,
         time: args.time,
-        work: None,
+        side: args.side.into(),
     };
-    let sensor = ReducedSensor::new(&scene, sensor, args.side.into()).sensor;
-    let found = attribution::attribute(
-        &technique,
-        &scene,
-        &sensor,
-        &context,
-        &mut progress::lines("stages"),
-        |light| {
-            progress::watch(&context.progress, || {
-                attribution::truth_by(&reference, &scene, &sensor, light, &budget, &context)
-            })
-        },
-    )?;
+    let method = (args.method.as_deref(), &given);
+    let wanted = Wanted::new(&scene, args.sensor.as_deref(), method, &limits)?;
+    progress::stop_on_interrupt(&context.progress)?;
+    let listener = &mut progress::lines("stages");
+    let found = wanted.attribute(&scene, &context, listener, |truth| {
+        progress::watch(&context.progress, truth)
+    })?;
     let Some(found) = found else {
         eprintln!("stopped: nothing is known of the stages");
         return Ok(Outcome::Incomplete);
@@ -63,16 +53,6 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
         );
         Outcome::Incomplete
     })
-}
-
-/// The technique asked for, or the first that there is.
-fn technique(args: &AttributeArgs) -> anyhow::Result<Method> {
-    let settings = SettingArgs::default().and(&args.set)?;
-    let mut techniques = Method::names()
-        .into_iter()
-        .filter(|name| Method::new(name, &Given::new()).is_ok_and(|method| method.is_technique()));
-    let name = args.method.as_deref().or_else(|| techniques.next());
-    Ok(Method::new(name.unwrap_or_default(), &settings)?)
 }
 
 /// Prints the table of one figure.

@@ -9,6 +9,7 @@
 //! | [`mod@choose`] | the method that a scene allows best |
 //! | [`table`] | all methods with their settings, for help and flags |
 //! | `references/` | beams, photons, ...: one file each, of `reference.rs`' interface |
+//! | [`inspection`] | what can be said of a scene before a run |
 //! | [`wanted`] | the sensor and the method that suit what is asked for |
 //! | [`sensors`] | the sensor of an id, or the first |
 //! | `sequence.rs` | frames of an animation, one after the other |
@@ -23,6 +24,7 @@
 
 pub mod choose;
 mod entry;
+pub mod inspection;
 mod memory;
 mod reference;
 mod references;

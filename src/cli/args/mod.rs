@@ -161,7 +161,7 @@ pub struct AttributeArgs {
     pub side: u16,
 
     /// The reference that makes the truth: photons are sooner over meshes of many bent faces
-    #[arg(long, value_name = "NAME", value_parser = ["beams", "photons"], default_value = "beams")]
+    #[arg(long, value_name = "NAME", value_parser = crate::study::attribution::wanted::TRUTHS, default_value = "beams")]
     pub truth: String,
 
     /// The likely error at which the truth is good enough

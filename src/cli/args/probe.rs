@@ -6,8 +6,7 @@ use glam::DVec2;
 
 use super::SceneArgs;
 use super::parse::{parse_duration, parse_shading_normals, parse_uv};
-use crate::method::table::MAX_COUNT;
-use crate::reference::probe::ProbeSettings;
+use crate::reference::probe::{MAX_RAYS, MAX_REFINE, ProbeSettings};
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::MAX_EVENTS;
 
@@ -35,11 +34,11 @@ pub struct ProbeArgs {
     pub shading_normals: ShadingNormals,
 
     /// Look for small features: divide all of light N times more before the search; 4 times the work each
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=6))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=MAX_REFINE as i64))]
     pub refine: u32,
 
     /// Stop after this many rays [default: 33554432]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_RAYS))]
     pub rays: Option<u64>,
 
     /// Stop after this time, e.g. 30s, 2m

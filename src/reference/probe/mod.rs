@@ -40,6 +40,7 @@ mod found;
 mod map;
 mod newton;
 mod path;
+mod report;
 mod run;
 mod search;
 mod settings;
@@ -48,6 +49,7 @@ mod target;
 
 pub use error::ProbeError;
 pub use found::{Probed, SearchEnd, SpecularPath, Vertex};
+pub use report::{PathLine, ProbeReport, VertexLine};
 pub use run::{probe, probe_until};
 pub use search::MAX_LEVEL;
-pub use settings::ProbeSettings;
+pub use settings::{MAX_RAYS, MAX_REFINE, ProbeSettings};

@@ -19,6 +19,7 @@ pub mod reduced;
 pub mod shapley;
 pub mod truth;
 mod twins;
+pub mod wanted;
 
 use std::collections::BTreeMap;
 
@@ -203,6 +204,9 @@ pub fn attribute(
         .first()
         .map_or_else(String::new, |layer| layer.name.to_string());
     let truth = truth(whole.light).map_err(AttributionError::Truth)?;
+    if context.progress.is_stopped() {
+        return Ok(None);
+    }
     if !truth.modelled.iter().all(|value| value.is_finite()) {
         return Err(AttributionError::Unknown(light));
     }
