@@ -41,20 +41,19 @@ enum SkyRadiance {
 }
 
 impl Sky {
-    /// The light of an environment that meets the ball about `specular`; `None` for other emitters. It starts
-    /// outside of `scene`.
-    pub fn new(emitter: &Emitter, specular: &Bounds, scene: &Bounds) -> Option<Self> {
+    /// The light of an environment that meets a ball (its middle and radius); `None` for other emitters. It
+    /// starts outside of `scene`.
+    pub fn new(emitter: &Emitter, (center, radius): (DVec3, f64), scene: &Bounds) -> Option<Self> {
         let radiance = match emitter {
             Emitter::Constant { radiance } => SkyRadiance::Even(*radiance),
             Emitter::Envmap(map) => SkyRadiance::Image(map.clone()),
             _ => return None,
         };
-        let center = specular.center();
         Some(Self {
             radiance,
             center,
-            // A hair more than the bounds, so that rounding loses nothing.
-            radius: specular.radius() * (1.0 + 1e-9),
+            // A hair more, so that rounding loses nothing.
+            radius: radius * (1.0 + 1e-9),
             distance: (center.distance(scene.center()) + scene.radius()) * 1.01,
         })
     }
