@@ -200,7 +200,7 @@ fn open_floors_have_the_light_of_an_image_by_its_cosine() {
             expected += map.radiance(DVec3::new(out * phi.cos(), out * phi.sin(), up));
         }
     }
-    expected = expected * (PI / f64::from(rows * columns));
+    expected *= PI / f64::from(rows * columns);
     let found = by_photons(&scene, 1 << 10);
     for (value, error) in found.total.values.iter().zip(&found.total.standard_error) {
         for c in 0..3 {

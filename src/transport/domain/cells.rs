@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::chart::{ChartPatch, Falloff, LightChart};
+use super::chart::{Falloff, LightChart};
+use super::patch::ChartPatch;
 use super::probe::Probe;
 use super::sky::Sky;
 use super::surface::{LightPart, LightSurface, MAX_TRIANGLES};
@@ -252,8 +253,9 @@ impl<'a> Targets<'a> {
         targets
     }
 
-    /// A ball (its middle and radius) that holds all specular shapes, about the middle of their bounds; `None`
-    /// without any.
+    /// A ball (its middle and radius) that holds all specular shapes, about the middle of their bounds.
+    ///
+    /// `None` if there are none.
     fn ball(&self) -> Option<(DVec3, f64)> {
         if self.bounds.is_empty() {
             return None;

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::chart::{ChartPatch, Emission};
+use super::patch::{ChartPatch, Emission};
 use super::probe::Probe;
 use crate::geometry::{Bounds, Ray};
 use crate::numeric::math;
@@ -150,7 +150,7 @@ fn brightest(map: &Envmap, patch: &ChartPatch) -> Rgb {
     for row in first.rows[0]..=end {
         for column in first.columns[0]..=last(patch.to.x, first.columns[0]) {
             let texel = map.image().texel(column % width, row);
-            most = Rgb(std::array::from_fn(|c| most.0[c].max(f64::from(texel[c]))));
+            most = Rgb(std::array::from_fn(|c| most.0[c].max(texel[c])));
         }
     }
     most * map.scale()
