@@ -56,8 +56,8 @@ pub struct Emission {
     /// The ray.
     pub ray: Ray,
     /// Flux \[W\] divided by the chart's [strength](super::chart::LightChart::strength): the flux density
-    /// there times the patch's measure. Its mean over uniform samples of the patch, times the strength, is the
-    /// patch's flux.
+    /// there times the patch's measure. Its mean over uniform samples of the patch, times the strength, is
+    /// the patch's flux.
     pub measure: f64,
     /// A factor on the strength, where light of a chart has more than one colour.
     pub color: Option<Rgb>,
