@@ -200,7 +200,7 @@ fn open_floors_have_the_light_of_an_image_by_its_cosine() {
             expected += map.radiance(DVec3::new(out * phi.cos(), out * phi.sin(), up));
         }
     }
-    expected = expected * (PI / f64::from(rows * columns));
+    expected *= PI / f64::from(rows * columns);
     let found = by_photons(&scene, 1 << 10);
     for (value, error) in found.total.values.iter().zip(&found.total.standard_error) {
         for c in 0..3 {
@@ -249,10 +249,10 @@ fn an_image_of_one_colour_is_even_light() {
     ];
     // Both bound the flux of the ball's disc: 4 π · π r² L. An image bounds it cell by cell: no cell is
     // brighter than another.
-    let ball = 4.0 * PI * PI * 3.0 * 2.0;
+    let ball = 4.0 * PI * PI * 2.0;
     for scene in &scenes {
         let flux = LightSpace::new(scene).unwrap().flux_bound().0[0];
-        // The ball about the bounds, a cube of half width 1, has the radius √3.
+        // Photons aim at the ball itself, of radius 1, not at the one about its bounds.
         assert!((flux / ball - 1.0).abs() < 1e-8, "{flux} {ball}");
     }
     let found = scenes.map(|scene| by_photons(&scene, 1 << 20));
@@ -308,4 +308,69 @@ fn environments_give_the_same_bits_on_any_number_of_threads() {
     };
     let one = bits(1);
     assert!(one == bits(2) && one == bits(5));
+}
+
+#[test]
+fn a_lossless_ball_changes_nothing_where_the_meter_is_too_small_to_darken_it() {
+    // The ball shows the meter its own black image, a fortieth of its distance across, by 4 % of the light, so
+    // that it hides less than 1e-4 of it.
+    let ball = "<shape type=\"sphere\"><point name=\"center\" x=\"0\" y=\"0\" z=\"20\"/><float name=\"radius\" value=\"10\"/>\
+        <bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/></bsdf></shape>";
+    let found = by_photons(&scene(&format!("{EVEN}{ball}"), 1.0, 2, None), 1 << 22);
+    let (direct, all) = (&found.layers[0], 2.0 * PI);
+    for texel in 0..4 {
+        let value = found.total.values[texel].0[0];
+        let error = found.total.standard_error[texel].0[0];
+        println!("{value} ± {error} for {all}");
+        assert!((value - all).abs() < 6.0 * error + 1e-4 * all);
+        // At twice its radius a ball hides a quarter, which its own light must bring back.
+        assert!(error < 0.02 * all, "{error} says little");
+        assert!((direct.values[texel].0[0] - 0.75 * all).abs() < 0.05 * all);
+    }
+}
+
+#[test]
+fn the_middle_of_a_glass_ball_sees_light_by_the_square_of_its_index() {
+    const INDEX: f64 = 1.5;
+    let ball = "<shape type=\"sphere\"><float name=\"radius\" value=\"8\"/>\
+        <bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/></bsdf></shape>";
+    let found = by_photons(&scene(&format!("{EVEN}{ball}"), 1.0, 2, None), 1 << 22);
+    // From inside, the ball mirrors the meter onto the meter, which is black: R = ((n − 1)/(n + 1))² of its
+    // light is lost, up to the aberration, by 1/8² of R twice over.
+    let reflected = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);
+    let expected = PI * INDEX * INDEX * 2.0 * (1.0 - reflected);
+    for (value, error) in found.total.values.iter().zip(&found.total.standard_error) {
+        println!("{} ± {} for {expected}", value.0[0], error.0[0]);
+        let off = (value.0[0] - expected).abs();
+        assert!(off < 6.0 * error.0[0] + reflected / 32.0 * expected);
+        assert!(error.0[0] < 0.01 * expected, "{error:?} says little");
+    }
+    // Glass lets no light pass straight on.
+    assert!(found.layers[0].values.iter().all(|it| it.is_black()));
+}
+
+#[test]
+fn photons_aim_at_a_ball_that_holds_all_balls_and_boxes() {
+    let cube = "<shape type=\"cube\"><transform name=\"to_world\"><translate x=\"-3\" y=\"0\" z=\"1.1\"/></transform>\
+        <bsdf type=\"conductor\"/></shape>";
+    let both = scene(&format!("{EVEN}{BALL}{cube}"), 3.0, 2, None);
+    let light = LightSpace::new(&both).unwrap();
+    // Bounds from -4 to 1.1 in x: the middle is at -1.45. The cube's corners are the farthest, at 2.55 and 1, 1.
+    let squared = 2.55 * 2.55 + 2.0;
+    let flux = light.flux_bound().0[0] / (4.0 * PI * PI * squared * 2.0);
+    assert!((flux - 1.0).abs() < 1e-8, "{flux}");
+    // And nothing that meets either is lost: the flux that misses the ball would be.
+    let stream = Stream::new(StreamKind::Random, 9);
+    for chart in light.charts() {
+        let root = light.root(chart);
+        for number in 0..1000 {
+            let [u, v, s, t] = stream.point4(number);
+            let ray = chart.emit(&root, DVec2::new(u, v), DVec2::new(s, t)).ray;
+            let to = DVec3::new(-1.45, 0.0, 1.1) - ray.origin;
+            let off = (to - ray.direction * to.dot(ray.direction)).length_squared();
+            assert!(off < squared * (1.0 + 1e-8), "{off}");
+            // It starts before all geometry.
+            assert!(to.dot(ray.direction) > squared.sqrt());
+        }
+    }
 }

@@ -5,7 +5,7 @@ use glam::{DMat2, DVec2};
 use super::map::LightPlace;
 use super::target::TargetImage;
 use crate::transport::differentials::ChainStep;
-use crate::transport::domain::chart::ChartPatch;
+use crate::transport::domain::patch::ChartPatch;
 
 /// Level up to which a patch whose nodes see different chains is divided if *any* of them may hide the
 /// target. An unseen chain may be between them. Beyond, it is divided only if a chain that is seen may.

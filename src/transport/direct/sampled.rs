@@ -30,8 +30,8 @@ pub(super) struct Sampled<const N: usize> {
 impl DirectLight<'_> {
     /// The mean of `sample` over a texel and a light, with `each` samples in each replicate.
     ///
-    /// `sample` gives irradiance without shadow at a point, for a place on the light in [0, 1)², and the share
-    /// (0..=1) that passes.
+    /// `sample` gives irradiance without shadow at a point, for a place on the light in [0, 1)². It also
+    /// gives the share (0..=1) that passes.
     pub(super) fn sampled<const N: usize>(
         &mut self,
         texel: usize,
@@ -121,9 +121,10 @@ impl DirectLight<'_> {
         for number in 0..samples {
             let [s, t, ..] = stream.point4(u64::from(number));
             let (arriving, passed) = sample(self, &point, DVec2::new(s, t));
-            for c in 0..N {
-                found.mean[c] += arriving[c] * passed;
-                found.error[c] += arriving[c];
+            let sums = found.mean.iter_mut().zip(&mut found.error);
+            for ((mean, error), arriving) in sums.zip(arriving) {
+                *mean += arriving * passed;
+                *error += arriving;
             }
         }
         let by_samples = |sum: f64| sum / f64::from(samples);

@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::chart::{ChartPatch, Falloff, LightChart};
+use super::chart::{Falloff, LightChart};
+use super::patch::ChartPatch;
 use super::probe::Probe;
 use super::sky::Sky;
 use super::surface::{LightPart, LightSurface, MAX_TRIANGLES};
@@ -86,7 +87,7 @@ impl LightSpace {
         let mut emitters = Vec::new();
         for (index, emitter) in scene.emitters().iter().enumerate() {
             if !emitter.strength().is_black() {
-                add_charts(scene, emitter, &targets.bounds, &mut charts)?;
+                add_charts(scene, emitter, targets.ball(), &mut charts)?;
                 emitters.resize(charts.len(), index as u32);
             }
         }
@@ -252,6 +253,28 @@ impl<'a> Targets<'a> {
         targets
     }
 
+    /// A ball (its middle and radius) that holds all specular shapes, about the middle of their bounds.
+    ///
+    /// `None` if there are none.
+    fn ball(&self) -> Option<(DVec3, f64)> {
+        if self.bounds.is_empty() {
+            return None;
+        }
+        let center = self.bounds.center();
+        let of_balls = self
+            .balls
+            .iter()
+            .map(|(of, radius)| of.distance(center) + radius);
+        let shapes = self.scene.world().shapes().iter().zip(&self.specular);
+        let of_boxes = shapes.filter(|(_, in_tree)| **in_tree).map(|(shape, _)| {
+            // The corner that is farthest away.
+            let bounds = shape.bounds();
+            ((bounds.center() - center).abs() + 0.5 * bounds.extent()).length()
+        });
+        let radius = of_boxes.chain(of_balls).fold(0.0, f64::max);
+        Some((center, radius))
+    }
+
     /// The cells, with those that are chosen divided by four, without what meets nothing specular.
     fn divided(
         &self,
@@ -298,7 +321,7 @@ impl<'a> Targets<'a> {
 fn add_charts(
     scene: &Scene,
     emitter: &Emitter,
-    specular: &Bounds,
+    specular: Option<(DVec3, f64)>,
     charts: &mut Vec<LightChart>,
 ) -> Result<(), LightSpaceError> {
     match emitter {
@@ -373,12 +396,11 @@ fn add_charts(
                 }
             }
         }
-        Emitter::Constant { .. } | Emitter::Envmap(_) if !specular.is_empty() => {
-            let sky = Sky::new(emitter, specular, &scene.world().bounds());
+        Emitter::Constant { .. } | Emitter::Envmap(_) => {
+            // No ball if nothing mirrors or refracts.
+            let sky = specular.and_then(|ball| Sky::new(emitter, ball, &scene.world().bounds()));
             charts.extend(sky.map(LightChart::Sky));
         }
-        // Nothing mirrors or refracts.
-        Emitter::Constant { .. } | Emitter::Envmap(_) => {}
     }
     Ok(())
 }

@@ -8,6 +8,7 @@
 mod cells;
 pub mod chart;
 mod derivative;
+pub mod patch;
 pub mod probe;
 pub mod sky;
 pub mod surface;

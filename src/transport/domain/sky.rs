@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::chart::{ChartPatch, Emission};
+use super::patch::{ChartPatch, Emission};
 use super::probe::Probe;
 use crate::geometry::{Bounds, Ray};
 use crate::numeric::math;
@@ -41,20 +41,19 @@ enum SkyRadiance {
 }
 
 impl Sky {
-    /// The light of an environment that meets the ball about `specular`; `None` for other emitters. It starts
-    /// outside of `scene`.
-    pub fn new(emitter: &Emitter, specular: &Bounds, scene: &Bounds) -> Option<Self> {
+    /// The light of an environment that meets a ball (its middle and radius); `None` for other emitters. It
+    /// starts outside of `scene`.
+    pub fn new(emitter: &Emitter, (center, radius): (DVec3, f64), scene: &Bounds) -> Option<Self> {
         let radiance = match emitter {
             Emitter::Constant { radiance } => SkyRadiance::Even(*radiance),
             Emitter::Envmap(map) => SkyRadiance::Image(map.clone()),
             _ => return None,
         };
-        let center = specular.center();
         Some(Self {
             radiance,
             center,
-            // A hair more than the bounds, so that rounding loses nothing.
-            radius: specular.radius() * (1.0 + 1e-9),
+            // A hair more, so that rounding loses nothing.
+            radius: radius * (1.0 + 1e-9),
             distance: (center.distance(scene.center()) + scene.radius()) * 1.01,
         })
     }
@@ -151,7 +150,7 @@ fn brightest(map: &Envmap, patch: &ChartPatch) -> Rgb {
     for row in first.rows[0]..=end {
         for column in first.columns[0]..=last(patch.to.x, first.columns[0]) {
             let texel = map.image().texel(column % width, row);
-            most = Rgb(std::array::from_fn(|c| most.0[c].max(f64::from(texel[c]))));
+            most = Rgb(std::array::from_fn(|c| most.0[c].max(texel[c])));
         }
     }
     most * map.scale()
