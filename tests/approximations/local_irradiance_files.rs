@@ -10,6 +10,7 @@ use nephroid::internals::approximation::local_irradiance::LocalIrradiance;
 use nephroid::internals::approximation::{SensorFilm, Technique};
 use nephroid::internals::geometry::TraversalCounters;
 use nephroid::internals::method::Method;
+use nephroid::internals::mitsuba;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::{Budget, Context, Rendering};
 use nephroid::internals::scene::Scene;
@@ -432,6 +433,47 @@ fn a_stopped_run_leaves_whole_files_alone_and_the_next_one_goes_on() {
     assert_eq!(work(&resumed, "loaded"), left.len() as u64);
     assert_eq!(values(&resumed), wanted);
     assert!(files(folder.path()) == all);
+}
+
+#[test]
+fn tables_of_earlier_frames_go_if_they_no_longer_fit_and_come_back_with_the_same_bits() {
+    let method = tables(&[
+        ("photons", "1024"),
+        ("frequency", "1"),
+        ("cells", "24"),
+        ("directions", "nearest"),
+    ]);
+    let scenes = ["0", "90", "180", "0"].map(|azimuth| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/turntable-ball.xml");
+        let given = [("azimuth", azimuth), ("elevation", "20"), ("size", "16")];
+        mitsuba::load(&path, &given.map(|(a, b)| (a.to_owned(), b.to_owned()))).unwrap()
+    });
+    // A table of 24³ cells takes 3 bytes a cell; each sun has its own.
+    let table = 3 * 24 * 24 * 24;
+    let needed = method.cost(&scenes[0], meter(&scenes[0])).bytes;
+    // Beside a frame there is room for one table and a half, and for many.
+    for (room, photons_of_the_last) in [(3 * table / 2, 1024), (100 * table, 0)] {
+        let context = Context {
+            memory_limit: Some(needed + room),
+            ..Context::default()
+        };
+        let mut frames = method.frames();
+        let found = scenes.each_ref().map(|scene| {
+            let budget = Budget::default();
+            frames
+                .frame(scene, meter(scene), &budget, &context)
+                .unwrap()
+        });
+        assert_eq!(values(&found[3]), values(&found[0]));
+        // The first frame's are those of its preparation.
+        assert_eq!(work(&found[0], "photons"), 1024);
+        let photons = |frame: &Rendering| -> u64 {
+            let stages = frame.stages.iter();
+            stages.map(|stage| stage.work.get("photons")).sum()
+        };
+        assert_eq!(photons(&found[2]), 1024, "{room}");
+        assert_eq!(photons(&found[3]), photons_of_the_last, "{room}");
+    }
 }
 
 #[test]

@@ -49,6 +49,7 @@ impl Run<'_> {
             }
         }
         let wanted = wanted(settings, scenery, samples, forms);
+        self.make_room(kept, &wanted);
         let missing = self.load(kept, scenery, wanted);
         let torn = self.make_missing(kept, scenery, samples, missing)?;
         for part in &mut scenery.parts {
@@ -62,6 +63,17 @@ impl Run<'_> {
             part.count(tables.iter().map(|table| &table.tally));
         }
         Ok(())
+    }
+
+    /// Lets go of tables of earlier frames if they do not fit into the memory beside this frame. They come
+    /// back from files, or are made again.
+    fn make_room(&self, kept: &mut Kept, wanted: &[Wanted]) {
+        let held: u64 = kept.tables.values().map(|table| table.bytes()).sum();
+        let free = self.context.available_bytes();
+        if free.is_some_and(|free| held.saturating_add(self.needed) > free) {
+            let wanted: HashSet<&Key> = wanted.iter().map(|one| &one.key).collect();
+            kept.tables.retain(|key, _| wanted.contains(key));
+        }
     }
 
     /// Reads files of tables that are not in memory; those that have none are left.

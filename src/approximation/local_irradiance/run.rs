@@ -32,6 +32,8 @@ pub struct Run<'a> {
     pub(super) shelf: Shelf,
     /// Tables that a frame holds at once.
     pub(super) together: u64,
+    /// Bytes that a frame takes, its tables included.
+    pub(super) needed: u64,
     pub(super) done: BySteps<Done<Work>>,
 }
 
@@ -56,13 +58,15 @@ impl<'a> Run<'a> {
         scene: &'a Scene,
         sensor: &Sensor,
     ) -> Result<Self, Error> {
+        let size = Size::new(scene, sensor, settings);
         Ok(Self {
             settings,
             context,
             scene,
             film: SensorFilm::new(scene, sensor)?,
             shelf: Shelf::new(settings, context),
-            together: Size::new(scene, sensor, settings).samples.max(1),
+            together: size.samples.max(1),
+            needed: size.bytes(),
             done: Default::default(),
         })
     }
