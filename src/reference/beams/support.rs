@@ -10,7 +10,6 @@ use crate::transport::chain_limits;
 ///
 /// Names the emitter or the surface.
 pub fn supports(scene: &Scene) -> Result<(), Refusal> {
-    // Photons do not follow these either.
     chain_limits::check_starts(scene)?;
     for (index, emitter) in scene.emitters().iter().enumerate() {
         if let Emitter::Area { shape, .. } = emitter

@@ -49,4 +49,5 @@ mod turned;
 
 pub use at_point::Bsdf;
 pub use check::{UnknownColor, check_colors};
+pub(super) use sample::cosine_hemisphere;
 pub use sample::{BsdfSample, Scattering, Transport};

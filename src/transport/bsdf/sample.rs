@@ -64,7 +64,7 @@ pub(super) struct LobeSample {
 
 /// A direction with density cos θ / π (Malley's method).
 #[inline]
-pub(super) fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
+pub(in crate::transport) fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
     let radius = u[0].sqrt();
     let (sin, cos) = math::sin_cos(TAU * u[1]);
     DVec3::new(radius * cos, radius * sin, (1.0 - u[0]).sqrt())

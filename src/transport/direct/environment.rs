@@ -1,16 +1,16 @@
 //! Environments: randomised quasi-Monte Carlo over a texel and the directions above it.
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DVec2, DVec3};
 
 use super::glance::Glance;
 use super::light::DirectLight;
 use super::texel::DirectTexel;
-use crate::geometry::SurfacePoint;
+use crate::geometry::{Frame, SurfacePoint};
 use crate::numeric::Stream;
-use crate::numeric::math;
 use crate::radiometry::Rgb;
+use crate::transport::bsdf::cosine_hemisphere;
 use crate::transport::lights::Environment;
 
 impl DirectLight<'_> {
@@ -48,29 +48,24 @@ impl DirectLight<'_> {
 /// both together (Veach's balance heuristic, 1997), so that neither a sun nor a pole is lost.
 fn arriving(point: &SurfacePoint, light: &Environment, at: DVec2) -> Option<(DVec3, Rgb)> {
     let normal = point.geometric_normal;
-    let density = |towards: DVec3| towards.dot(normal).max(0.0) * FRAC_1_PI;
+    let by_cosine = |u: [f64; 2]| {
+        Frame::around(normal)
+            .to_world(cosine_hemisphere(u))
+            .normalize()
+    };
     if light.is_even() {
-        let towards = by_cosine(normal, at);
-        return Some((towards, light.radiance(towards) * std::f64::consts::PI));
+        let towards = by_cosine([at.x, at.y]);
+        return Some((towards, light.radiance(towards) * PI));
     }
     let towards = if at.x < 0.5 {
         light.sample([2.0 * at.x, at.y])?.direction
     } else {
-        by_cosine(normal, DVec2::new(2.0 * at.x - 1.0, at.y))
+        by_cosine([2.0 * at.x - 1.0, at.y])
     };
     let cosine = towards.dot(normal);
     if cosine <= 0.0 {
         return None;
     }
-    let both = 0.5 * (light.pdf_solid_angle(towards) + density(towards));
+    let both = 0.5 * (light.pdf_solid_angle(towards) + cosine * FRAC_1_PI);
     Some((towards, light.radiance(towards) * (cosine / both)))
-}
-
-/// A direction about a normal, with the density cos θ / π (Malley's way: a place of the disc, lifted).
-fn by_cosine(normal: DVec3, at: DVec2) -> DVec3 {
-    let (sin, cos) = math::sin_cos(TAU * at.y);
-    let (x, y) = normal.any_orthonormal_pair();
-    let across = at.x.sqrt();
-    let up = (1.0 - at.x).max(0.0).sqrt();
-    ((x * cos + y * sin) * across + normal * up).normalize()
 }

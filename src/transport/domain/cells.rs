@@ -101,27 +101,13 @@ impl LightSpace {
         let mut level = 0;
         while !cells.is_empty() && cells.len() < ENOUGH_CELLS && level < MAX_LEVEL {
             level += 1;
-            cells = targets.divided(&charts, &cells, |_| true);
+            // A parallel map over indices: the order does not depend on the number of threads.
+            cells = cells
+                .par_iter()
+                .flat_map_iter(|cell| targets.quarters(&charts, cell))
+                .collect();
         }
-        // A sun in an image is in few cells: they are divided until each has its share.
-        for _ in 0..MAX_LEVEL {
-            let flux = |cell: &LightCell| {
-                let chart = &charts[cell.chart as usize];
-                chart.flux_bound(&cell.patch).mean()
-            };
-            let is_uneven = |cell: &LightCell| charts[cell.chart as usize].is_uneven(&cell.patch);
-            let total: f64 = cells.iter().map(flux).sum();
-            let is_chosen =
-                |cell: &LightCell| is_uneven(cell) && flux(cell) * ENOUGH_CELLS as f64 > total;
-            if !cells.iter().any(is_chosen) {
-                break;
-            }
-            cells = targets.divided(&charts, &cells, is_chosen);
-        }
-        let bounds: Vec<Rgb> = cells
-            .iter()
-            .map(|cell| charts[cell.chart as usize].flux_bound(&cell.patch))
-            .collect();
+        let (cells, bounds) = targets.by_share(&charts, cells);
         let flux_bound: Rgb = bounds.iter().copied().sum();
         let total: f64 = bounds.iter().map(|flux| flux.mean()).sum();
         let mut cumulative = vec![0.0];
@@ -275,29 +261,44 @@ impl<'a> Targets<'a> {
         Some((center, radius))
     }
 
-    /// The cells, with those that are chosen divided by four, without what meets nothing specular.
-    fn divided(
-        &self,
-        charts: &[LightChart],
-        cells: &[LightCell],
-        is_chosen: impl Fn(&LightCell) -> bool + Sync,
-    ) -> Vec<LightCell> {
-        // A parallel map over indices: the order does not depend on the number of threads.
-        cells
-            .par_iter()
-            .flat_map_iter(|cell| {
-                let patches = if is_chosen(cell) {
-                    cell.patch.quarters().to_vec()
-                } else {
-                    vec![cell.patch]
-                };
-                let chart = cell.chart;
-                patches
-                    .into_iter()
-                    .map(move |patch| LightCell { chart, patch })
-            })
+    /// The quarters of a cell whose light may meet specular geometry.
+    fn quarters(&self, charts: &[LightChart], cell: &LightCell) -> impl Iterator<Item = LightCell> {
+        let chart = cell.chart;
+        let quarters = cell
+            .patch
+            .quarters()
+            .map(|patch| LightCell { chart, patch });
+        quarters
+            .into_iter()
             .filter(|cell| self.may_be_met(charts, cell))
-            .collect()
+    }
+
+    /// The cells and bounds of their flux \[W\]. A sun in an image is in few cells: these are divided until
+    /// each has its share.
+    fn by_share(&self, charts: &[LightChart], cells: Vec<LightCell>) -> (Vec<LightCell>, Vec<Rgb>) {
+        let chart = |cell: &LightCell| &charts[cell.chart as usize];
+        let bounded = |cell: LightCell| (cell, chart(&cell).flux_bound(&cell.patch));
+        let mut all: Vec<(LightCell, Rgb)> = cells.into_par_iter().map(bounded).collect();
+        for _ in 0..MAX_LEVEL {
+            let total: f64 = all.iter().map(|(_, flux)| flux.mean()).sum();
+            let is_chosen = |(cell, flux): &(LightCell, Rgb)| {
+                chart(cell).is_uneven(&cell.patch) && flux.mean() * ENOUGH_CELLS as f64 > total
+            };
+            if !all.iter().any(is_chosen) {
+                break;
+            }
+            all = all
+                .into_par_iter()
+                .flat_map_iter(|one| {
+                    if is_chosen(&one) {
+                        self.quarters(charts, &one.0).map(bounded).collect()
+                    } else {
+                        vec![one]
+                    }
+                })
+                .collect();
+        }
+        all.into_iter().unzip()
     }
 
     fn may_be_met(&self, charts: &[LightChart], cell: &LightCell) -> bool {

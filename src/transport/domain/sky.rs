@@ -13,6 +13,7 @@ use glam::{DVec2, DVec3};
 
 use super::patch::{ChartPatch, Emission};
 use super::probe::Probe;
+use super::surface::Area;
 use crate::geometry::{Bounds, Ray};
 use crate::numeric::math;
 use crate::radiometry::Rgb;
@@ -96,7 +97,7 @@ impl Sky {
 
     /// The disc's area [m²] by the solid angle [sr] of a patch, and its largest radiance.
     pub(super) fn flux_bound(&self, patch: &ChartPatch) -> Rgb {
-        let disc = PI * self.radius * self.radius;
+        let disc = self.disc_area();
         match &self.radiance {
             SkyRadiance::Even(radiance) => *radiance * (disc * TAU * patch.area()),
             SkyRadiance::Image(map) => {
@@ -128,14 +129,21 @@ impl Sky {
                 (from, texel * sin, Some(map.at(place)))
             }
         };
-        let (sin, cos) = math::sin_cos(TAU * start.y);
         let (x, y) = from.any_orthonormal_pair();
-        let across = (x * cos + y * sin) * (self.radius * start.x.sqrt());
+        let disc = Area::Disk {
+            center: self.center + from * self.distance,
+            axes: [x * self.radius, y * self.radius],
+        };
         Emission {
-            ray: Ray::new(self.center + across + from * self.distance, -from),
-            measure: solid_angle * PI * self.radius * self.radius * area,
+            ray: Ray::new(disc.point(start), -from),
+            measure: solid_angle * self.disc_area() * area,
             color,
         }
+    }
+
+    /// Area [m²] of the disc that the ball shows to a direction.
+    fn disc_area(&self) -> f64 {
+        PI * self.radius * self.radius
     }
 }
 
