@@ -374,3 +374,26 @@ fn photons_aim_at_a_ball_that_holds_all_balls_and_boxes() {
         }
     }
 }
+
+#[test]
+fn light_starts_evenly_on_the_disc_that_the_ball_shows() {
+    const RAYS: u64 = 4096;
+    let scene = scene(&format!("{EVEN}{BALL}"), 3.0, 6, None);
+    let light = LightSpace::new(&scene).unwrap();
+    let chart = &light.charts()[0];
+    let stream = Stream::new(StreamKind::Sobol, 3);
+    let mut sum = 0.0;
+    for number in 0..RAYS {
+        let [x, y, u, v] = stream.point4(number);
+        let ray = chart
+            .emit(&light.root(chart), DVec2::new(x, y), DVec2::new(u, v))
+            .ray;
+        let offset = ray.origin - DVec3::new(0.1, 0.0, 1.1);
+        sum += offset.length_squared() - offset.dot(ray.direction).powi(2);
+    }
+    // Squares of distances from the middle are uniform in 0..=1: their mean is 1/2 and their variance 1/12.
+    // Scrambled points have at most e times the variance of random ones; six errors.
+    let error = (std::f64::consts::E / 12.0 / RAYS as f64).sqrt();
+    let mean = sum / RAYS as f64;
+    assert!((mean - 0.5).abs() < 6.0 * error, "{mean}");
+}
