@@ -1,7 +1,8 @@
 //! Beam runs, and how their bounds hold against what is known.
 
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::reference::beams::{BeamReport, BeamSettings, run};
+use nephroid::internals::reference::beams::run::Setup;
+use nephroid::internals::reference::beams::{BeamReport, BeamSettings, Forecast, run};
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, Layer, LayerName, Progress};
 use nephroid::internals::scene::Scene;
@@ -40,12 +41,23 @@ pub fn beams_to(depth: u32, scene: &Scene, error: f64) -> (Estimate, BeamReport)
 
 /// A beam run that follows `depth` events, a layer for each signature.
 pub fn beams_within(depth: u32, scene: &Scene, budget: &Budget) -> (Estimate, BeamReport) {
-    let settings = BeamSettings {
-        max_depth: depth,
+    let progress = Progress::default();
+    run(scene, meter(scene), settings(depth), budget, &progress).unwrap()
+}
+
+/// Likely work of the same.
+pub fn forecast_within(depth: u32, scene: &Scene, budget: &Budget) -> Forecast {
+    let progress = Progress::default();
+    let mut setup = Setup::new(scene, meter(scene), settings(depth), &progress).unwrap();
+    setup.forecast(budget)
+}
+
+fn settings(max_depth: u32) -> BeamSettings {
+    BeamSettings {
+        max_depth,
         max_layers: 256,
         ..BeamSettings::default()
-    };
-    run(scene, meter(scene), settings, budget, &Progress::default()).unwrap()
+    }
 }
 
 /// Check of a layer's bounds against the truth.

@@ -10,10 +10,10 @@ use nephroid::internals::transport::chain::ChainSettings;
 use nephroid::internals::transport::direct::{AREA_SAMPLES, direct};
 use nephroid::internals::transport::receiver::Receiver;
 
-use super::beams::{beams_to, beams_within};
+use super::beams::{beams_to, beams_within, forecast_within};
 use super::cpu;
 use super::oracles::oracle_to;
-use super::scenes::{Photons, below_bumps, bundled};
+use super::scenes::{Photons, below_balls, below_bumps, bundled};
 
 /// The lamp of the bumpy balls, on their axis.
 const LAMP: [f64; 3] = [0.0, 0.0, 4.0];
@@ -28,6 +28,8 @@ pub struct Contest {
     pub depth: u32,
     /// True irradiance [W/m²] by texel, first channel.
     pub truth: Vec<f64>,
+    /// The same with the direct light.
+    pub truth_of_all: Vec<f64>,
     /// Likely error of a finer beam run, if that is the truth and no closed form is.
     pub finer_run: Option<f64>,
 }
@@ -43,6 +45,8 @@ pub struct Trial {
     pub rays: u64,
     /// √(mean squared error) / mean truth over lit texels.
     pub rmse: f64,
+    /// The same of all light, the direct one included.
+    pub rmse_of_all: f64,
     /// The same as the run itself said.
     pub said: Option<f64>,
 }
@@ -52,9 +56,14 @@ impl Contest {
     pub fn known(depth: u32, name: &'static str, side: usize) -> Self {
         let oracle = oracle_to(depth, name, side);
         let mut truth = vec![0.0; side * side];
-        for layer in oracle.layers.iter().filter(|one| !one.signature.is_empty()) {
-            for (texel, sum) in truth.iter_mut().enumerate() {
-                *sum += layer.truth(texel);
+        let mut truth_of_all = truth.clone();
+        for layer in &oracle.layers {
+            for texel in 0..side * side {
+                let light = layer.truth(texel);
+                truth_of_all[texel] += light;
+                if !layer.signature.is_empty() {
+                    truth[texel] += light;
+                }
             }
         }
         Self {
@@ -62,6 +71,7 @@ impl Contest {
             scene: oracle.scene,
             depth,
             truth,
+            truth_of_all,
             finer_run: None,
         }
     }
@@ -88,6 +98,11 @@ impl Contest {
         Self::finer_of(depth, name, scene, error)
     }
 
+    /// The same below two dozen balls.
+    pub fn below_balls(depth: u32, side: usize, error: f64) -> Self {
+        Self::finer_of(depth, "two dozen balls", below_balls(side), error)
+    }
+
     fn finer_of(depth: u32, name: &'static str, scene: Scene, error: f64) -> Self {
         let budget = Budget {
             relative_error: Some(error),
@@ -100,23 +115,18 @@ impl Contest {
             scene,
             depth,
             truth: caustic(&finer),
+            truth_of_all: all(&finer),
             finer_run: finer.relative_error,
         }
     }
 
-    /// √(mean squared error) / mean truth over the lit texels.
-    pub fn rmse(&self, estimate: &Estimate) -> f64 {
-        // 1e-6 of the brightest is the closed forms' uncertainty, no light.
-        let brightest = self.truth.iter().copied().fold(0.0, f64::max);
-        let (mut lit, mut sum, mut squares) = (0.0, 0.0, 0.0);
-        for (value, truth) in caustic(estimate).iter().zip(&self.truth) {
-            if *truth > 1e-6 * brightest {
-                lit += 1.0;
-                sum += truth;
-                squares += (value - truth).powi(2);
-            }
-        }
-        (squares / lit).sqrt() / (sum / lit)
+    /// Likely time of a beam run.
+    pub fn forecast(&self, error: f64) -> Duration {
+        let budget = Budget {
+            relative_error: Some(error),
+            ..Budget::default()
+        };
+        forecast_within(self.depth, &self.scene, &budget).time
     }
 
     /// A beam run.
@@ -149,7 +159,8 @@ impl Contest {
             seconds: start.at.elapsed().as_secs_f64(),
             cpu_seconds: cpu::seconds() - start.cpu_seconds,
             rays: estimate.counters.rays,
-            rmse: self.rmse(estimate),
+            rmse: rmse(&caustic(estimate), &self.truth),
+            rmse_of_all: rmse(&all(estimate), &self.truth_of_all),
             said: estimate.relative_error,
         }
     }
@@ -168,6 +179,31 @@ impl Start {
             cpu_seconds: cpu::seconds(),
         }
     }
+}
+
+/// √(mean squared error) / mean truth over the lit texels.
+fn rmse(values: &[f64], truth: &[f64]) -> f64 {
+    // 1e-6 of the brightest is the closed forms' uncertainty, no light.
+    let brightest = truth.iter().copied().fold(0.0, f64::max);
+    let (mut lit, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    for (value, truth) in values.iter().zip(truth) {
+        if *truth > 1e-6 * brightest {
+            lit += 1.0;
+            sum += truth;
+            squares += (value - truth).powi(2);
+        }
+    }
+    (squares / lit).sqrt() / (sum / lit)
+}
+
+/// The sum of all layers, first channel.
+fn all(estimate: &Estimate) -> Vec<f64> {
+    estimate
+        .total
+        .values
+        .iter()
+        .map(|value| value.0[0])
+        .collect()
 }
 
 /// All specular layers' sum, first channel.

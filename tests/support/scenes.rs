@@ -180,3 +180,46 @@ pub fn below_bumps(frequency: u32, is_smooth: bool, [x, y, z]: [f64; 3], side: u
     fs::write(&file, xml).unwrap();
     loaded(&file, side)
 }
+
+/// Two dozen small balls of glass at random places over a floor, in the light of a lamp above.
+pub fn below_balls(side: usize) -> Scene {
+    use std::fmt::Write as _;
+    let mut xml = String::from(
+        r#"<emitter type="point"><point name="position" x="0" y="0" z="2.5"/><rgb name="intensity" value="25"/></emitter>"#,
+    );
+    for place in [
+        [-0.548000, 0.521000, 0.608000],
+        [-0.367000, -0.006500, 0.419500],
+        [0.227000, 0.433000, 0.206000],
+        [-0.707000, 0.503500, 0.409500],
+        [0.393000, -0.746500, 0.417000],
+        [0.332000, -0.406500, 0.717000],
+        [0.602000, -0.704000, 0.165000],
+        [0.062000, 0.658500, 0.378500],
+        [-0.425000, -0.116500, 0.167000],
+        [-0.400000, -0.403500, 0.281000],
+        [-0.060500, -0.315000, 0.162500],
+        [0.506000, 0.084500, 0.535000],
+        [-0.471000, 0.738500, 0.665500],
+        [-0.568500, -0.250500, 0.582500],
+        [0.316500, 0.654500, 0.403000],
+        [0.495000, 0.255000, 0.332000],
+        [0.131000, 0.573500, 0.657500],
+        [0.007500, 0.133500, 0.170500],
+        [-0.385500, 0.446000, 0.398500],
+        [0.261500, -0.187500, 0.413000],
+        [0.012500, 0.417500, 0.462500],
+        [-0.684500, 0.305000, 0.739500],
+        [-0.061000, -0.346000, 0.478500],
+        [0.685500, -0.741000, 0.620000],
+    ] {
+        let [x, y, z] = place;
+        write!(
+            xml,
+            r#"<shape type="sphere"><point name="center" x="{x}" y="{y}" z="{z}"/><float name="radius" value="0.1"/><ref id="glass"/></shape>"#
+        )
+        .unwrap();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    over_floor(folder.path(), &xml, side)
+}
