@@ -234,7 +234,7 @@ impl<'a> Inspection<'a> {
                     plugin: emitter.plugin(),
                     strength: emitter.strength().0,
                     unit: match emitter.plugin() {
-                        "directional" => "W/m²",
+                        "directional" | "projector" => "W/m²",
                         "area" | "constant" | "envmap" => "W/m²/sr",
                         _ => "W/sr",
                     },

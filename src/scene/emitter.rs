@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Envmap, ShapeId, TextureId};
+use super::{Envmap, ShapeId, Slide, TextureId};
 use crate::geometry::Transform;
 use crate::radiometry::Rgb;
 
@@ -31,6 +31,16 @@ pub enum Emitter {
         cutoff_angle: f64,
         /// The angle up to which the intensity is constant \[rad\].
         beam_width: f64,
+        /// The image that it shines through, if any: a factor on the intensity.
+        slide: Option<Slide>,
+    },
+    /// A point that throws an image: on the plane at unit distance across its axis, the irradiance is the
+    /// image's value times a factor.
+    Projector {
+        /// The image, and the point behind it.
+        slide: Slide,
+        /// The factor [W/m²].
+        irradiance: Rgb,
     },
     /// Parallel light from infinitely far away.
     Directional {
@@ -63,6 +73,7 @@ impl Emitter {
         match self {
             Self::Point { .. } => "point",
             Self::Spot { .. } => "spot",
+            Self::Projector { .. } => "projector",
             Self::Directional { .. } => "directional",
             Self::Area { .. } => "area",
             Self::Constant { .. } => "constant",
@@ -85,10 +96,34 @@ impl Emitter {
     pub fn is_grey(&self) -> bool {
         match self {
             Self::Envmap(map) => map.is_grey(),
+            Self::Projector { slide, .. }
+            | Self::Spot {
+                slide: Some(slide), ..
+            } => slide.is_grey() && self.strength().is_grey(),
             Self::Area {
                 texture: Some(_), ..
             } => false,
             _ => self.strength().is_grey(),
+        }
+    }
+
+    /// The image through which a point shines.
+    pub fn slide(&self) -> Option<&Slide> {
+        match self {
+            Self::Spot { slide, .. } => slide.as_ref(),
+            Self::Projector { slide, .. } => Some(slide),
+            _ => None,
+        }
+    }
+
+    /// What its image makes of the light in a direction of travel (a unit vector): a factor on the strength,
+    /// in [1/sr] for a projector. `None` without an image.
+    #[inline]
+    pub(crate) fn slide_factor(&self, direction: DVec3) -> Option<Rgb> {
+        match self {
+            Self::Spot { slide, .. } => slide.as_ref().map(|it| it.towards(direction)),
+            Self::Projector { slide, .. } => Some(slide.projected(direction)),
+            _ => None,
         }
     }
 
@@ -100,12 +135,14 @@ impl Emitter {
         }
     }
 
-    /// Its strength, in the unit of its kind. For an image: the largest of all directions, channel by
-    /// channel. For a textured shape: the factor on the texture.
+    /// Its strength, in the unit of its kind. For an environment's image: the largest of all directions,
+    /// channel by channel. For a textured shape and a point that shines through an image: the factor on it.
     pub fn strength(&self) -> Rgb {
         match self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity,
-            Self::Directional { irradiance, .. } => *irradiance,
+            Self::Directional { irradiance, .. } | Self::Projector { irradiance, .. } => {
+                *irradiance
+            }
             Self::Area { radiance, .. } | Self::Constant { radiance } => *radiance,
             Self::Envmap(map) => map.peak(),
         }

@@ -12,6 +12,7 @@ mod object;
 mod parts;
 mod requirements;
 mod sensor;
+mod slide;
 mod texture;
 mod texture_lookup;
 mod validate;
@@ -27,6 +28,7 @@ pub use object::{Object, ShapeId};
 pub use parts::{SceneError, SceneParts};
 pub use requirements::{Requirement, is_achromatic, requirements};
 pub use sensor::{Crop, Film, Perspective, Sensor, SensorKind};
+pub use slide::Slide;
 pub use texture::{
     BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TextureWrap, luminance,
 };

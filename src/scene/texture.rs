@@ -193,6 +193,37 @@ impl BitmapTexture {
             )
     }
 
+    /// The largest texel, channel by channel: no value is above it.
+    pub fn peak(&self) -> Rgb {
+        brightest(self.image.texels().iter().copied())
+    }
+
+    /// A bound of the values between two surface parameters, channel by channel: values between centers are
+    /// no larger than the texels around them.
+    pub fn peak_between(&self, from: DVec2, to: DVec2) -> Rgb {
+        let corners = [from, DVec2::new(from.x, to.y), DVec2::new(to.x, from.y), to];
+        let places = corners.map(|uv| self.to_uv.transform_point2(uv) * self.size());
+        // A texel reaches from a whole number to the next; blends, from one center to the next.
+        let shift = match self.filter {
+            TextureFilter::Nearest => 0.0,
+            TextureFilter::Bilinear => 0.5,
+        };
+        let low = places.into_iter().fold(DVec2::INFINITY, DVec2::min) - shift;
+        let high = places.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max) - shift;
+        let first = low.floor();
+        let end = high.ceil() + 2.0 * shift;
+        let count = (end - first).max(DVec2::ONE);
+        if !count.cmplt(self.size()).all() {
+            return self.peak();
+        }
+        let (columns, rows) = (count.x as usize, count.y as usize);
+        let places = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+        brightest(places.map(|(x, y)| {
+            let texel = self.texel(first + DVec2::new(x as f64, y as f64));
+            texel.0.map(|it| it as f32)
+        }))
+    }
+
     fn size(&self) -> DVec2 {
         DVec2::new(self.image.width() as f64, self.image.height() as f64)
     }
@@ -216,6 +247,14 @@ impl BitmapTexture {
         let y = self.wrap.apply(at.y, self.image.height());
         Rgb(self.image.texel(x, y))
     }
+}
+
+/// The largest of some texels, channel by channel.
+fn brightest(texels: impl Iterator<Item = [f32; 3]>) -> Rgb {
+    let most = texels.fold([0.0_f32; 3], |most, texel| {
+        std::array::from_fn(|c| most[c].max(texel[c]))
+    });
+    Rgb(most.map(f64::from))
 }
 
 impl TextureWrap {

@@ -27,10 +27,20 @@ pub enum NotFollowed {
     },
     /// An emitter that varies over a surface.
     #[error(
-        "emitter {index} ({plugin}) has a texture: photons, beams and probes start at points, directions, \
-         environments and surfaces that shine evenly; use --method path"
+        "emitter {index} ({plugin}) has a texture: light starts at surfaces that shine evenly; use --method path"
     )]
     Textured {
+        /// Index of the emitter in the file's order, from 0.
+        index: usize,
+        /// Mitsuba's name of the emitter.
+        plugin: &'static str,
+    },
+    /// A point that shines through an image.
+    #[error(
+        "emitter {index} ({plugin}) throws an image: beams, probes and techniques start at points and directions \
+         that shine evenly; use --method photons or --method path"
+    )]
+    ThrowsImage {
         /// Index of the emitter in the file's order, from 0.
         index: usize,
         /// Mitsuba's name of the emitter.
@@ -72,13 +82,17 @@ pub fn check(scene: &Scene) -> Result<(), NotFollowed> {
     }
 }
 
-/// The same for methods whose light starts in as few dimensions as a point's: no environments.
+/// The same for methods whose light starts in as few dimensions as a point's, and changes with nothing but its
+/// falloff: no environments, no images.
 ///
 /// # Errors
 ///
 /// The first shape or emitter that is not followed.
 pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
     check(scene)?;
+    if let Some((index, plugin)) = emitter(scene, |it| it.slide().is_some()) {
+        return Err(NotFollowed::ThrowsImage { index, plugin });
+    }
     match emitter(scene, Emitter::is_environment) {
         Some((index, plugin)) => Err(NotFollowed::AllRound { index, plugin }),
         None => Ok(()),

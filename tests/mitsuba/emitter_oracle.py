@@ -126,15 +126,32 @@ def deltas(scene, file):
 OPPOSED = [shape("obj", '<string name="filename" value="opposed.obj"/>' + flip) for flip in ("", FLIP)]
 
 
+def image(name, **more):
+    more = "".join(f'<string name="{key}" value="{value}"/>' for key, value in more.items())
+    return (f'<texture name="{name}" type="bitmap"><string name="filename" value="color.png"/>'
+            f'<boolean name="raw" value="true"/><string name="format" value="variant"/>{more}</texture>')
+
+
+LOOK = '<transform name="to_world"><lookat origin="3, 0, 0.5" target="0, 0, 0.2" up="0, 0, 1"/></transform>'
+# Points that shine through an image: bilinear, nearest, a cone of more than a half space, and the axes of a field of view.
+THROWN = [
+    f'<emitter type="spot">{LOOK}{image("texture")}<rgb name="intensity" value="8, 4, 2"/><float name="cutoff_angle" value="50"/></emitter>',
+    f'<emitter type="spot">{LOOK}{image("texture", wrap_mode="mirror")}<float name="cutoff_angle" value="130"/><float name="beam_width" value="120"/></emitter>',
+    f'<emitter type="projector">{LOOK}{image("irradiance")}<float name="fov" value="70"/></emitter>',
+    f'<emitter type="projector">{LOOK}{image("irradiance", filter_type="nearest")}<float name="scale" value="2.5"/>'
+    '<float name="fov" value="60"/><string name="fov_axis" value="y"/></emitter>',
+]
+
+
 def main():
     write_images()
     mi.file_resolver().prepend(str(FOLDER))
     with open(FOLDER / "emitter_oracle.txt", "w") as file:
         print(f"# Mitsuba {mi.__version__}, scalar_rgb, by emitter_oracle.py", file=file)
-        for case in CASES + TEXTURED + DELTA + OPPOSED:
+        for case in CASES + TEXTURED + DELTA + OPPOSED + THROWN:
             scene = mi.load_string(f'<scene version="3.0.0">{case}</scene>')
             print("case", case, file=file)
-            if case in DELTA:
+            if case in DELTA + THROWN:
                 deltas(scene, file)
             else:
                 rays(scene, file, case not in TEXTURED)

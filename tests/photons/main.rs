@@ -10,6 +10,7 @@ mod closed_form_scenes;
 mod closed_forms;
 mod determinism;
 mod environments;
+mod images;
 mod ledger;
 mod light_space;
 mod light_tracing;

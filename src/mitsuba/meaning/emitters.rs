@@ -1,7 +1,10 @@
 //! The meaning of `<emitter>`, which becomes an [`Emitter`].
 
-use glam::DVec3;
+use std::f64::consts::PI;
 
+use glam::{DVec2, DVec3};
+
+use super::field_of_view::{horizontal_fov, must_be_rigid};
 use super::plugin::Plugin;
 use super::spectra::{self, Role};
 use super::textures::Textures;
@@ -10,12 +13,21 @@ use crate::geometry::Transform;
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree};
+use crate::numeric::math;
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, Envmap, EnvmapError, ShapeId, Warning};
+use crate::scene::{BitmapTexture, Emitter, Envmap, EnvmapError, ShapeId, Slide, Texture, Warning};
 use crate::setting::did_you_mean;
 
 /// Every plugin that becomes an emitter.
-const MODELLED: [&str; 6] = ["area", "constant", "directional", "envmap", "point", "spot"];
+const MODELLED: [&str; 7] = [
+    "area",
+    "constant",
+    "directional",
+    "envmap",
+    "point",
+    "projector",
+    "spot",
+];
 
 /// The half angle of a `spot` if the file gives none, in degrees.
 const DEFAULT_CUTOFF: f64 = 20.0;
@@ -24,13 +36,15 @@ const DEFAULT_CUTOFF: f64 = 20.0;
 pub fn read(
     tree: &Tree,
     emitter: ObjectIndex,
+    textures: &mut Textures,
     files: &mut Files,
     warnings: &mut Vec<Warning>,
 ) -> Result<Emitter, LoadError> {
     let plugin = Plugin::new(tree, emitter);
     let result = match plugin.name() {
         "point" => point(tree, &plugin)?,
-        "spot" => spot(tree, &plugin)?,
+        "spot" => spot(tree, &plugin, textures, files)?,
+        "projector" => projector(tree, &plugin, textures, files)?,
         "directional" => directional(tree, &plugin)?,
         "constant" => constant(tree, &plugin)?,
         "envmap" => envmap(&plugin, files, warnings)?,
@@ -110,10 +124,16 @@ fn point(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
     })
 }
 
-/// A spot light. `cutoff_angle` defaults to 20 degrees and `beam_width` to three quarters of it.
-fn spot(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
+/// A spot light. `cutoff_angle` defaults to 20 degrees and `beam_width` to three quarters of it. An image as
+/// `texture` is a factor: it reaches from side to side of the cone on the plane at unit distance.
+fn spot(
+    tree: &Tree,
+    plugin: &Plugin,
+    textures: &mut Textures,
+    files: &mut Files,
+) -> Result<Emitter, LoadError> {
     let to_world = plugin.to_world()?;
-    let intensity = strength(tree, plugin, "intensity")?;
+    let mut intensity = strength(tree, plugin, "intensity")?;
     let cutoff = plugin.float_at("cutoff_angle")?;
     let cutoff_degrees = cutoff.map_or(DEFAULT_CUTOFF, |(degrees, _)| degrees);
     if let Some((degrees, at)) = cutoff
@@ -133,17 +153,69 @@ fn spot(tree: &Tree, plugin: &Plugin) -> Result<Emitter, LoadError> {
         let message = format!("must be from 0 to cutoff_angle ({cutoff_degrees}), not {degrees}");
         return Err(plugin.parameter_error(at, "beam_width", message));
     }
-    if let Some((texture, at)) = spectra::read(tree, plugin, "texture", Role::Emission)?
-        && texture != Rgb::WHITE
-    {
-        return Err(plugin.parameter_error(at, "texture", "is not modelled"));
-    }
+    let cutoff_angle = cutoff_degrees.to_radians();
+    let slide = match image(tree, plugin, "texture", textures, files)? {
+        Some(image) => {
+            let reach = DVec2::splat(math::tan(cutoff_angle));
+            Some(Slide::new(image, &to_world, -reach, reach))
+        }
+        None => {
+            let factor = spectra::read(tree, plugin, "texture", Role::Emission)?;
+            intensity = intensity * factor.map_or(Rgb::WHITE, |(factor, _)| factor);
+            None
+        }
+    };
     Ok(Emitter::Spot {
         to_world,
         intensity,
-        cutoff_angle: cutoff_degrees.to_radians(),
+        cutoff_angle,
         beam_width: beam_degrees.to_radians(),
+        slide,
     })
+}
+
+/// A projector of the image `irradiance`, times `scale`. Its field of view is that of a camera.
+///
+/// A white wall at unit distance across its axis has the image's values as radiance: its irradiance is π times
+/// these. The image's first column is on the side of +x, its first row on that of +y.
+fn projector(
+    tree: &Tree,
+    plugin: &Plugin,
+    textures: &mut Textures,
+    files: &mut Files,
+) -> Result<Emitter, LoadError> {
+    let to_world = plugin.to_world()?;
+    must_be_rigid(plugin, &to_world)?;
+    let Some(image) = image(tree, plugin, "irradiance", textures, files)? else {
+        return Err(plugin.error("needs an image (a bitmap) as its parameter \"irradiance\""));
+    };
+    let scale = plugin.float_or("scale", 1.0)?;
+    let size = [image.image.width(), image.image.height()].map(|it| it as f64);
+    let half = math::tan(0.5 * horizontal_fov(plugin, size)?);
+    let corner = DVec2::new(half, half * size[1] / size[0]);
+    Ok(Emitter::Projector {
+        slide: Slide::new(image, &to_world, corner, -corner),
+        irradiance: Rgb::grey(PI * scale),
+    })
+}
+
+/// The image through which a point shines; `None` if the parameter is no texture.
+fn image(
+    tree: &Tree,
+    plugin: &Plugin,
+    name: &str,
+    textures: &mut Textures,
+    files: &mut Files,
+) -> Result<Option<BitmapTexture>, LoadError> {
+    let Some(id) = textures.emission(tree, plugin, name, files)? else {
+        return Ok(None);
+    };
+    match &textures.list[id.0 as usize] {
+        Texture::Bitmap(image) => Ok(Some(image.clone())),
+        _ => Err(plugin.error(format!(
+            "has a texture as \"{name}\" that is no bitmap; points shine through bitmaps only"
+        ))),
+    }
 }
 
 /// Parallel light, which travels along `direction` or the +z axis of `to_world`.

@@ -6,6 +6,7 @@
 
 mod cie;
 mod emitters;
+mod field_of_view;
 mod film;
 mod forms;
 mod ignored;

@@ -130,7 +130,13 @@ impl SceneReader<'_, '_> {
             ObjectKind::Emitter if object.plugin == "area" => Ok(()),
             ObjectKind::Emitter => {
                 let warnings = &mut self.parts.warnings;
-                let emitter = emitters::read(tree, child, self.files, warnings)?;
+                let emitter = emitters::read(
+                    tree,
+                    child,
+                    &mut self.materials.textures,
+                    self.files,
+                    warnings,
+                )?;
                 if emitter.is_environment()
                     && self.parts.emitters.iter().any(Emitter::is_environment)
                 {

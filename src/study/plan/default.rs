@@ -108,10 +108,8 @@ fn techniques(scene: &Scene, sensor: &Sensor) -> Vec<StudyMethod> {
     swept.collect()
 }
 
-/// True if no light of a scene shines from a surface.
+/// True if no light of a scene shines from a surface or from all round.
 fn is_without_size(scene: &Scene) -> bool {
-    let is_area_light = |emitter: &Emitter| {
-        matches!(emitter, Emitter::Area { .. }) && !emitter.strength().is_black()
-    };
-    !scene.emitters().iter().any(is_area_light)
+    let has_size = |emitter: &Emitter| !emitter.is_delta() && !emitter.strength().is_black();
+    !scene.emitters().iter().any(has_size)
 }

@@ -43,7 +43,7 @@ impl DirectLight<'_> {
 /// Irradiance of a delta emitter at a point if nothing is in the way, the direction towards it and its
 /// distance \[m\]. Other emitters give none.
 pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3, f64) {
-    let from = |position, intensity| from_point(point, position, intensity, Falloff::of(emitter));
+    let from = |position, intensity| from_point(point, position, intensity, emitter);
     match emitter {
         Emitter::Directional {
             direction,
@@ -61,18 +61,19 @@ pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3
             intensity,
             ..
         } => from(to_world.point(DVec3::ZERO), *intensity),
+        Emitter::Projector { slide, irradiance } => from(slide.origin(), *irradiance),
         Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => {
             (Rgb::BLACK, DVec3::Z, f64::INFINITY)
         }
     }
 }
 
-/// Irradiance from a point: I(ω) cos θ / r².
+/// Irradiance from a point: I(ω) cos θ / r², and what an image makes of it.
 fn from_point(
     point: &SurfacePoint,
     position: DVec3,
     intensity: Rgb,
-    falloff: Falloff,
+    emitter: &Emitter,
 ) -> (Rgb, DVec3, f64) {
     let offset = position - point.position;
     let distance = offset.length();
@@ -81,6 +82,10 @@ fn from_point(
     }
     let towards = offset / distance;
     let cos = towards.dot(point.geometric_normal).max(0.0);
-    let factor = falloff.factor(-towards) * cos / (distance * distance);
-    (intensity * factor, towards, distance)
+    let factor = Falloff::of(emitter).factor(-towards) * cos / (distance * distance);
+    let irradiance = match emitter.slide_factor(-towards) {
+        Some(image) => intensity * image * factor,
+        None => intensity * factor,
+    };
+    (irradiance, towards, distance)
 }

@@ -263,6 +263,7 @@ impl DirectLight<'_> {
             cutoff_angle,
             beam_width,
             intensity,
+            ..
         } = emitter
         else {
             return Some(Rgb::BLACK);

@@ -7,21 +7,24 @@ use glam::{DVec2, DVec3};
 use super::glance::Glance;
 use super::light::DirectLight;
 use super::texel::DirectTexel;
-use crate::geometry::{Frame, SurfacePoint};
+use crate::geometry::{Bounds, Frame, Shape, SurfacePoint};
 use crate::numeric::Stream;
 use crate::radiometry::Rgb;
+use crate::scene::Scene;
 use crate::transport::bsdf::cosine_hemisphere;
 use crate::transport::lights::Environment;
+use crate::transport::receiver::Receiver;
 
 impl DirectLight<'_> {
     /// Average irradiance of an environment over a texel: E = ∫ L cos θ dω over texel and directions, with
-    /// `each` samples in each replicate.
+    /// `each` samples in each replicate. `is_open` is true if nothing can hide any of it.
     pub(super) fn environment(
         &mut self,
         texel: usize,
         light: &Environment,
         stream: &Stream,
         each: u32,
+        is_open: bool,
     ) -> Glance {
         let found = self.sampled(texel, stream, each, |at, point, place| {
             let Some((towards, arriving)) = arriving(point, light, place) else {
@@ -30,6 +33,11 @@ impl DirectLight<'_> {
             let passed = at.transmittance(point, towards, f64::INFINITY);
             (arriving.0, passed)
         });
+        let found = if is_open {
+            found
+        } else {
+            found.with_unseen(each)
+        };
         Glance {
             value: DirectTexel {
                 irradiance: Rgb(found.mean),
@@ -40,12 +48,30 @@ impl DirectLight<'_> {
     }
 }
 
+/// True if nothing is above a flat receiver: all of it sees all of the sky.
+pub(super) fn is_open(scene: &Scene, receiver: &Receiver) -> bool {
+    let own = receiver.shape();
+    let is_flat = matches!(
+        scene.world().shapes()[own as usize],
+        Shape::Rectangle(_) | Shape::Disk(_)
+    );
+    let Some(point) = receiver.home(scene, 0).filter(|_| is_flat) else {
+        return false;
+    };
+    let up = point.geometric_normal;
+    let is_above = |bounds: &Bounds| {
+        let highest = bounds.center().dot(up) + 0.5 * bounds.extent().dot(up.abs());
+        highest > point.position.dot(up)
+    };
+    !(scene.world()).any_primitive_box(|shape| shape != own, is_above)
+}
+
 /// A direction to an environment and L cos θ by its density, without shadow; `None` if the receiver turns its
 /// back.
 ///
 /// Where all directions are alike, the density is cos θ / π, and an open texel has E = π L in each sample.
 /// Of an image half of the samples are by its light and half by the cosine. Each counts by the density of
-/// both together (Veach's balance heuristic, 1997), so that neither a sun nor a pole is lost.
+/// both together (Veach's balance heuristic, 1997), so that no sun is lost, be it at a pole.
 fn arriving(point: &SurfacePoint, light: &Environment, at: DVec2) -> Option<(DVec3, Rgb)> {
     let normal = point.geometric_normal;
     let by_cosine = |u: [f64; 2]| {

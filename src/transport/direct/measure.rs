@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::area::SMOOTH_ERROR;
+use super::environment::is_open;
 use super::glance::{Glance, is_near_edge};
 use super::light::DirectLight;
 use super::sampled::{REPLICATES, SAMPLES};
@@ -15,7 +16,7 @@ use crate::transport::domain::surface::LightSurface;
 use crate::transport::lights::Environment;
 use crate::transport::receiver::Receiver;
 
-/// Samples of a texel and an area light or an environment if no more are asked for.
+/// Samples of a texel and an area light, an environment or an image if no more are asked for.
 pub const AREA_SAMPLES: u32 = REPLICATES * SAMPLES;
 
 /// Direct irradiance of every texel, and the work it took.
@@ -29,7 +30,7 @@ pub struct Direct {
 
 /// Measures `LD` on every texel of the receiver; `None` if `stop` asked for an end before.
 ///
-/// Texels in which an area light or an environment is hard to measure get `samples` samples of it.
+/// Texels in which an area light, an environment or an image is hard to measure get `samples` samples of it.
 pub fn direct(
     scene: &Scene,
     receiver: &Receiver,
@@ -60,12 +61,18 @@ pub fn direct(
             let area = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
                 at.area(texel, emitter, surface, stream, each)
             };
-            result.by_samples(run, &stream, samples, area)?
+            result.by_samples(run, &stream, samples, false, area)?
         } else if let Some(light) = Environment::of(emitter) {
+            let is_open = is_open(scene, receiver);
             let all_round = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
-                at.environment(texel, &light, stream, each)
+                at.environment(texel, &light, stream, each, is_open)
             };
-            result.by_samples(run, &stream, samples, all_round)?
+            result.by_samples(run, &stream, samples, !is_open, all_round)?
+        } else if emitter.slide().is_some() {
+            let thrown = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
+                at.image(texel, emitter, stream, each)
+            };
+            result.by_samples(run, &stream, samples, false, thrown)?
         } else {
             let shafts = Shafts::new(scene, receiver, emitter);
             let known = shafts
@@ -120,13 +127,17 @@ impl Direct {
         }
     }
 
-    /// The mean of samples of every texel, and of `samples` of them where it is hard to measure. `measure`
-    /// takes a texel, its stream and the samples of each replicate.
+    /// The mean of samples of every texel, and of `samples` of them where it is hard to measure, or everywhere.
+    /// `measure` takes a texel, its stream and the samples of each replicate.
+    ///
+    /// Anything small hides a part of the sky. If only texels whose first samples met it were measured anew,
+    /// the others would be too bright on average.
     fn by_samples(
         &mut self,
         (scene, receiver, stop): (&Scene, &Receiver, &(dyn Fn() -> bool + Sync)),
         stream: &Stream,
         samples: u32,
+        everywhere: bool,
         measure: impl Fn(&mut DirectLight, usize, &Stream, u32) -> Glance + Sync,
     ) -> Option<Vec<DirectTexel>> {
         let first = self.by_row(scene, receiver, stop, |at, texel| {
@@ -137,7 +148,7 @@ impl Direct {
         let again = stream.split(AGAIN);
         self.by_row(scene, receiver, stop, |at, texel| {
             let value = first[texel].value;
-            let is_hard = is_near_edge(&first, texel, receiver) || is_rough(&value);
+            let is_hard = everywhere || is_near_edge(&first, texel, receiver) || is_rough(&value);
             if each > SAMPLES && is_hard {
                 measure(at, texel, &again.split(texel as u64), each).value
             } else {

@@ -12,7 +12,7 @@
 //! see the same share. A leaf that is still mixed there is booked as error.
 //!
 //! Area lights and environments are integrated over texel and light together by randomised quasi-Monte Carlo,
-//! with `AREA_SAMPLES` a texel. If more are asked for, texels around the edges of shadows and texels with
+//! and images that points shine through over the texel, with `AREA_SAMPLES` a texel. If more are asked for, texels around the edges of shadows and texels with
 //! large scatter are sampled anew, with that number.
 //!
 //! Averages are by surface area. A mesh may cover a texel in part, or have faces that stretch or lean
@@ -29,6 +29,7 @@ mod divided;
 mod edge;
 mod environment;
 mod glance;
+mod image;
 mod leaf;
 mod light;
 mod look;

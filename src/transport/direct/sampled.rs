@@ -1,4 +1,5 @@
-//! Light from more than one direction: randomised quasi-Monte Carlo over a texel and the light together.
+//! Light from more than one direction, or through an image: randomised quasi-Monte Carlo over a texel and the
+//! light together.
 
 use glam::DVec2;
 
@@ -23,8 +24,35 @@ pub(super) struct Sampled<const N: usize> {
     pub(super) mean: [f64; N],
     /// Its standard error.
     pub(super) error: [f64; N],
+    /// The mean without shadow.
+    pub(super) unshadowed: [f64; N],
     /// The shares of light that samples see.
     pub(super) passed: ShareRange,
+}
+
+/// Part of a light's samples that may all be wrong although they agree, times their number, by the standard
+/// error that its bar is a multiple of. If a part p of the light is hidden, n samples see all of it with the
+/// probability (1 − p)ⁿ. That is 1/2000 for p = ln 2000 / n, and bars are 3.29 standard errors.
+const UNSEEN: f64 = 7.6 / 3.29;
+
+/// True if no light is missing but for the rounding of sums of up to 2²⁴ samples.
+fn sees_all(seen: f64, unshadowed: f64) -> bool {
+    seen >= unshadowed * (1.0 - 1e-9)
+}
+
+impl<const N: usize> Sampled<N> {
+    /// The same for a light that is not known to be free: if all samples see it, or none does, all that they
+    /// may have missed counts as error.
+    pub(super) fn with_unseen(mut self, each: u32) -> Self {
+        for c in 0..N {
+            let (mean, all) = (self.mean[c], self.unshadowed[c]);
+            if mean == 0.0 || sees_all(mean, all) {
+                let unseen = all * UNSEEN / f64::from(REPLICATES * each);
+                self.error[c] = math::hypot(self.error[c], unseen);
+            }
+        }
+        self
+    }
 }
 
 impl DirectLight<'_> {
@@ -42,6 +70,7 @@ impl DirectLight<'_> {
         let mut found = Sampled {
             mean: [0.0; N],
             error: [0.0; N],
+            unshadowed: [0.0; N],
             passed: ShareRange::NOTHING_SEEN,
         };
         if !self.receiver.has_surface(texel) {
@@ -89,13 +118,15 @@ impl DirectLight<'_> {
             let variance = ((sum_squares[c] - sum[c] * sum[c] / n) / (n - 1.0)).max(0.0);
             // Stratified samples often agree, in all replicates, on how many of them see the light. Their
             // scatter is zero then, but the edge is known to one sample only.
-            let is_mixed = sum[c] > 0.0 && sum[c] * f64::from(each) < unshadowed[c];
+            let seen = sum[c] * f64::from(each);
+            let is_mixed = seen > 0.0 && !sees_all(seen, unshadowed[c]);
             let one_sample = if is_mixed {
                 unshadowed[c] / (samples * samples)
             } else {
                 0.0
             };
             found.mean[c] = sum[c] / n;
+            found.unshadowed[c] = unshadowed[c] / samples;
             found.error[c] = math::hypot((variance / n).sqrt(), one_sample);
         }
         found

@@ -44,13 +44,16 @@ enum Origin {
 }
 
 impl Origin {
-    /// The origin of an emitter; `None` if it has a size.
+    /// The origin of an emitter; `None` if it has a size, or throws an image.
     fn of(emitter: &Emitter) -> Option<Self> {
         match emitter {
             Emitter::Point { position, .. } => Some(Self::At(*position)),
             Emitter::Spot { to_world, .. } => Some(Self::At(to_world.point(DVec3::ZERO))),
             Emitter::Directional { direction, .. } => Some(Self::Towards(-*direction)),
-            Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => None,
+            Emitter::Projector { .. }
+            | Emitter::Area { .. }
+            | Emitter::Constant { .. }
+            | Emitter::Envmap(_) => None,
         }
     }
 

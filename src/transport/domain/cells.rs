@@ -99,12 +99,28 @@ impl LightSpace {
             .filter(|cell| targets.may_be_met(&charts, cell))
             .collect();
         let mut level = 0;
-        while !cells.is_empty() && cells.len() < ENOUGH_CELLS && level < MAX_LEVEL {
+        // All of a sky meets the specular geometry: its cells must not take the room of those that follow the
+        // outline.
+        let is_sky = |cell: &LightCell| matches!(charts[cell.chart as usize], LightChart::Sky(_));
+        while level < MAX_LEVEL {
+            let skies = cells.iter().filter(|cell| is_sky(cell)).count();
+            let [others, skies] =
+                [cells.len() - skies, skies].map(|count| (1..ENOUGH_CELLS).contains(&count));
+            if !others && !skies {
+                break;
+            }
             level += 1;
             // A parallel map over indices: the order does not depend on the number of threads.
             cells = cells
                 .par_iter()
-                .flat_map_iter(|cell| targets.quarters(&charts, cell))
+                .flat_map_iter(|cell| {
+                    let is_divided = if is_sky(cell) { skies } else { others };
+                    if is_divided {
+                        targets.quarters(&charts, cell).collect()
+                    } else {
+                        vec![*cell]
+                    }
+                })
                 .collect();
         }
         let (cells, bounds) = targets.by_share(&charts, cells);
@@ -334,14 +350,24 @@ fn add_charts(
             axes,
             intensity: *intensity,
             falloff: Falloff::None,
+            slide: None,
         })),
+        Emitter::Projector { slide, irradiance } => charts.push(LightChart::Projector {
+            slide: slide.clone(),
+            irradiance: *irradiance,
+        }),
         Emitter::Spot {
             to_world,
             intensity,
+            slide,
             ..
         } => {
             let axis = to_world.vector(DVec3::Z).normalize();
-            let (x, y) = axis.any_orthonormal_pair();
+            // An image's sides are those of its face.
+            let (x, y) = match slide {
+                Some(slide) => (slide.axes()[0], slide.axes()[1]),
+                None => axis.any_orthonormal_pair(),
+            };
             let falloff = Falloff::of(emitter);
             let origin = to_world.point(DVec3::ZERO);
             let faces = cube_faces(&DMat3::from_cols(x, y, axis)).map(|axes| LightChart::Face {
@@ -349,6 +375,7 @@ fn add_charts(
                 axes,
                 intensity: *intensity,
                 falloff,
+                slide: slide.clone(),
             });
             charts.extend(faces);
         }

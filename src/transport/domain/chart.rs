@@ -12,7 +12,7 @@ use crate::geometry::{Bounds, Ray};
 use crate::numeric::math;
 use crate::numeric::rotation;
 use crate::radiometry::Rgb;
-use crate::scene::Emitter;
+use crate::scene::{Emitter, Slide};
 
 /// Dependence of a point emitter's intensity on direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,6 +96,16 @@ pub enum LightChart {
         intensity: Rgb,
         /// Its dependence on direction.
         falloff: Falloff,
+        /// The image that it shines through, if any: a factor.
+        slide: Option<Slide>,
+    },
+    /// The light of a projector: coordinates are places on its image's plane ([`Slide`]), where flux by area is
+    /// the image's value times the irradiance.
+    Projector {
+        /// The image, and the point behind it.
+        slide: Slide,
+        /// The factor on the image [W/m²].
+        irradiance: Rgb,
     },
     /// Parallel light: coordinates are metres along two axes across it.
     Parallel {
@@ -153,6 +163,10 @@ impl LightChart {
                 }
             }
             Self::Sky(sky) => sky.root(),
+            Self::Projector { slide, .. } => {
+                let (from, to) = slide.extent();
+                ChartPatch { from, to }
+            }
             _ => ChartPatch {
                 from: DVec2::NEG_ONE,
                 to: DVec2::ONE,
@@ -164,7 +178,7 @@ impl LightChart {
     pub fn strength(&self) -> Rgb {
         match self {
             Self::Face { intensity, .. } => *intensity,
-            Self::Parallel { irradiance, .. } => *irradiance,
+            Self::Parallel { irradiance, .. } | Self::Projector { irradiance, .. } => *irradiance,
             Self::Flat { radiance, .. } | Self::Ball { radiance, .. } => *radiance,
             Self::Sky(sky) => sky.strength(),
         }
@@ -172,7 +186,14 @@ impl LightChart {
 
     /// True if flux may be much more uneven within a patch than over the whole chart divided by its area.
     pub(super) fn is_uneven(&self, patch: &ChartPatch) -> bool {
-        matches!(self, Self::Sky(sky) if sky.is_uneven(patch))
+        match self {
+            Self::Sky(sky) => sky.is_uneven(patch),
+            Self::Projector { slide, .. } => slide.is_coarser_than_a_texel(patch.to - patch.from),
+            Self::Face { axes, slide, .. } => slide.as_ref().is_some_and(|slide| {
+                *axes == slide.axes() && slide.is_coarser_than_a_texel(patch.to - patch.from)
+            }),
+            _ => false,
+        }
     }
 
     /// True if the start of light needs two dimensions beside the chart's.
@@ -185,6 +206,9 @@ impl LightChart {
         match *self {
             Self::Sky(ref sky) => sky.probe(),
             Self::Face { origin, axes, .. } => face_frustum(origin, 0.0, &axes, patch),
+            Self::Projector { ref slide, .. } => {
+                face_frustum(slide.origin(), 0.0, &slide.axes(), patch)
+            }
             Self::Ball {
                 center,
                 radius,
@@ -216,15 +240,20 @@ impl LightChart {
 
     /// The flux of a patch \[W\], or an upper bound; zero only if there is none.
     ///
-    /// It is a bound for spots, and for patches across the rim of a flat emitter's hemisphere, of which it
+    /// It is a bound for spots, images, and for patches across the rim of a flat emitter's hemisphere, of which it
     /// counts the whole.
     pub fn flux_bound(&self, patch: &ChartPatch) -> Rgb {
         match *self {
             Self::Sky(ref sky) => sky.flux_bound(patch),
+            Self::Projector {
+                ref slide,
+                irradiance,
+            } => irradiance * slide.peak_between(patch.from, patch.to) * patch.area(),
             Self::Face {
                 axes,
                 intensity,
                 falloff,
+                ref slide,
                 ..
             } => {
                 let nearest = match falloff {
@@ -243,7 +272,14 @@ impl LightChart {
                         )
                     }
                 };
-                intensity * (nearest * rectangle_solid_angle(patch))
+                let bound = intensity * (nearest * rectangle_solid_angle(patch));
+                match slide {
+                    Some(slide) if slide.axes() == axes => {
+                        bound * slide.peak_between(patch.from, patch.to)
+                    }
+                    Some(slide) => bound * slide.peak(),
+                    None => bound,
+                }
             }
             Self::Ball {
                 radius, radiance, ..
@@ -268,6 +304,7 @@ impl LightChart {
                 origin,
                 axes,
                 falloff,
+                ref slide,
                 ..
             } => {
                 let (direction, jacobian) = face_sample(&axes, place);
@@ -275,9 +312,14 @@ impl LightChart {
                 Emission {
                     ray: Ray::new(origin, direction),
                     measure: density * patch.area(),
-                    color: None,
+                    color: slide.as_ref().map(|slide| slide.towards(direction)),
                 }
             }
+            Self::Projector { ref slide, .. } => Emission {
+                ray: Ray::new(slide.origin(), face_direction(&slide.axes(), place)),
+                measure: patch.area(),
+                color: Some(slide.at(place)),
+            },
             Self::Ball {
                 center,
                 radius,
@@ -449,6 +491,7 @@ mod tests {
                 axes: [DVec3::Z, DVec3::X, DVec3::Y],
                 intensity: Rgb::WHITE,
                 falloff: Falloff::None,
+                slide: None,
             },
             LightChart::Parallel {
                 origin: DVec3::new(5.0, 0.0, -1.0),

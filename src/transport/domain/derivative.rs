@@ -23,7 +23,8 @@ pub struct DeltaEmission {
 impl LightChart {
     /// The ray at `place` (in chart coordinates) with its derivatives.
     ///
-    /// `None` for area emitters and environments, whose light at a place of the chart is more than one ray.
+    /// `None` for area emitters and environments, whose light at a place of the chart is more than one ray, and
+    /// for images, whose light changes in other ways.
     ///
     /// `place` may lie beyond the chart's border: the coordinates go on.
     pub fn delta_emission(&self, place: DVec2) -> Option<DeltaEmission> {
@@ -65,12 +66,12 @@ impl LightChart {
                 measure: 1.0,
                 falloff: 1.0,
             }),
-            Self::Flat { .. } | Self::Ball { .. } | Self::Sky(_) => None,
+            Self::Flat { .. } | Self::Ball { .. } | Self::Projector { .. } | Self::Sky(_) => None,
         }
     }
 
     /// The place on the chart of the ray that passes through `point`; `None` if this chart has none, and for
-    /// area emitters and environments.
+    /// area emitters, environments and projectors.
     pub fn place_towards(&self, point: DVec3) -> Option<DVec2> {
         match *self {
             Self::Face { origin, axes, .. } => {
@@ -82,7 +83,7 @@ impl LightChart {
                 across[0].dot(point - origin),
                 across[1].dot(point - origin),
             )),
-            Self::Flat { .. } | Self::Ball { .. } | Self::Sky(_) => None,
+            Self::Flat { .. } | Self::Ball { .. } | Self::Projector { .. } | Self::Sky(_) => None,
         }
     }
 }

@@ -60,7 +60,7 @@ impl SourceRay {
 }
 
 impl Source {
-    /// The source that a delta emitter is; `None` for all others.
+    /// The source that a delta emitter is; `None` for all others, and for those that throw an image.
     pub fn new(emitter: &Emitter, bounds: &Bounds) -> Option<Self> {
         match emitter {
             Emitter::Point {
@@ -74,6 +74,7 @@ impl Source {
             Emitter::Spot {
                 to_world,
                 intensity,
+                slide: None,
                 ..
             } => Some(Self::Point {
                 origin: to_world.point(DVec3::ZERO),
@@ -89,7 +90,11 @@ impl Source {
                 middle: bounds.center(),
                 ahead: bounds.radius() * 1.01,
             }),
-            Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => None,
+            Emitter::Projector { .. }
+            | Emitter::Spot { slide: Some(_), .. }
+            | Emitter::Area { .. }
+            | Emitter::Constant { .. }
+            | Emitter::Envmap(_) => None,
         }
     }
 

@@ -5,12 +5,15 @@ use glam::DVec3;
 use super::sample::LightSample;
 use crate::geometry::SurfacePoint;
 use crate::radiometry::Rgb;
+use crate::scene::Emitter;
 use crate::transport::domain::chart::Falloff;
 
 /// A point, a spot or parallel light.
 #[derive(Clone, Debug)]
-pub(super) struct DeltaLight {
+pub(super) struct DeltaLight<'a> {
     place: DeltaPlace,
+    /// Of an emitter with an image: that shines through it.
+    slide: Option<&'a Emitter>,
     /// Radiant intensity [W/sr] on the axis, or irradiance [W/m²] across parallel light.
     strength: Rgb,
 }
@@ -23,12 +26,21 @@ enum DeltaPlace {
     FarAway(DVec3),
 }
 
-impl DeltaLight {
+impl<'a> DeltaLight<'a> {
     /// A point that shines in all directions, with an intensity [W/sr] that may depend on them.
     pub(super) fn at(position: DVec3, intensity: Rgb, falloff: Falloff) -> Self {
         Self {
             place: DeltaPlace::At(position, falloff),
+            slide: None,
             strength: intensity,
+        }
+    }
+
+    /// The same, through the image of an emitter that has one.
+    pub(super) fn through(self, emitter: &'a Emitter) -> Self {
+        Self {
+            slide: emitter.slide().map(|_| emitter),
+            ..self
         }
     }
 
@@ -36,6 +48,7 @@ impl DeltaLight {
     pub(super) fn far_away(direction: DVec3, irradiance: Rgb) -> Self {
         Self {
             place: DeltaPlace::FarAway(direction),
+            slide: None,
             strength: irradiance,
         }
     }
@@ -49,7 +62,9 @@ impl DeltaLight {
                 let distance = offset.length();
                 let direction = offset.try_normalize()?;
                 let factor = falloff.factor(-direction) / (distance * distance);
-                (direction, distance, self.strength * factor)
+                let image = self.slide.and_then(|it| it.slide_factor(-direction));
+                let strength = image.map_or(self.strength, |image| self.strength * image);
+                (direction, distance, strength * factor)
             }
         };
         if irradiance.is_black() || !irradiance.is_finite() {

@@ -20,18 +20,18 @@ pub(in crate::transport) enum Environment<'a> {
 }
 
 impl<'a> Environment<'a> {
-    /// An emitter as an environment; `None` for other emitters.
+    /// An emitter as an environment whose poles are seen; `None` for other emitters.
     pub(in crate::transport) fn of(emitter: &'a Emitter) -> Option<Self> {
         match emitter {
             Emitter::Constant { radiance } => Some(Self::Constant(*radiance)),
-            Emitter::Envmap(map) => Some(Self::image(map)),
+            Emitter::Envmap(map) => Some(Self::Image(ImageLight::new(map, Poles::Seen))),
             _ => None,
         }
     }
 
-    /// An image, ready to be sampled.
+    /// An image, ready to be sampled as Mitsuba does.
     pub(super) fn image(map: &'a Envmap) -> Self {
-        Self::Image(ImageLight::new(map))
+        Self::Image(ImageLight::new(map, Poles::Dark))
     }
 
     /// True if radiance is the same from everywhere.
@@ -81,6 +81,15 @@ fn uniform(u: [f64; 2]) -> DVec3 {
     DVec3::new(radius * cos_phi, radius * sin_phi, height).normalize()
 }
 
+/// The weight of an image's first and last row, whose centers are poles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Poles {
+    /// None, as in Mitsuba.
+    Dark,
+    /// That of their neighbourhood: sin θ a quarter of a row from them, the mean of their half of a cell.
+    Seen,
+}
+
 /// An image, and the choice of its directions.
 ///
 /// As in Mitsuba 3.9.1, the density over column and row is bilinear between the weights w = luminance · sin θ
@@ -90,13 +99,13 @@ fn uniform(u: [f64; 2]) -> DVec3 {
 /// pdf = w / (mean(w) 2π² sin θ)
 /// ```
 ///
-/// The rows at the poles have no weight. So a pole that is bright beside a dark row has light at which the
-/// density is zero. The other sampling of directions must find that light, as it does with multiple
-/// importance sampling.
+/// The rows at the poles have no weight there. So a pole that is bright beside a dark row has light at which
+/// the density is zero: the other sampling of directions must find it, and seldom does. [`Poles::Seen`] gives
+/// these rows a weight.
 #[derive(Clone, Debug)]
 pub(in crate::transport) struct ImageLight<'a> {
     map: &'a Envmap,
-    /// sin θ of each row's center; exactly 0 at both poles.
+    /// sin θ of each row's center; of both poles as [`Poles`] says.
     sines: Vec<f64>,
     /// Rows of cells by weight; `None` if all is black.
     rows: Option<WeightedChoice>,
@@ -106,13 +115,17 @@ pub(in crate::transport) struct ImageLight<'a> {
 }
 
 impl<'a> ImageLight<'a> {
-    pub(super) fn new(map: &'a Envmap) -> Self {
+    pub(super) fn new(map: &'a Envmap, poles: Poles) -> Self {
         let (width, height) = (map.image().width(), map.image().height());
         let last = height - 1;
+        let at_poles = match poles {
+            Poles::Dark => 0.0,
+            Poles::Seen => math::sin(0.25 * PI / last as f64),
+        };
         let sines: Vec<f64> = (0..height)
             .map(|row| {
                 if row == 0 || row == last {
-                    0.0
+                    at_poles
                 } else {
                     math::sin(PI * row as f64 / last as f64)
                 }

@@ -28,7 +28,7 @@ pub struct Lights<'a> {
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug)]
 enum SceneLight<'a> {
-    Delta(DeltaLight),
+    Delta(DeltaLight<'a>),
     Area(AreaLight<'a>),
     Environment(Environment<'a>),
 }
@@ -60,7 +60,12 @@ impl<'a> Lights<'a> {
                     ..
                 } => {
                     let position = to_world.point(DVec3::ZERO);
-                    SceneLight::Delta(DeltaLight::at(position, *intensity, Falloff::of(emitter)))
+                    let light = DeltaLight::at(position, *intensity, Falloff::of(emitter));
+                    SceneLight::Delta(light.through(emitter))
+                }
+                Emitter::Projector { slide, irradiance } => {
+                    let light = DeltaLight::at(slide.origin(), *irradiance, Falloff::None);
+                    SceneLight::Delta(light.through(emitter))
                 }
                 Emitter::Directional {
                     direction,

@@ -125,6 +125,9 @@ fn light_origin(
         Emitter::Directional { direction, .. } => {
             Ok(LightOrigin::Parallel(plane.vector(*direction).normalize()))
         }
+        Emitter::Projector { .. } | Emitter::Spot { slide: Some(_), .. } => Err(Refusal::new(
+            format!("{name} throws an image: closed forms know lights without one"),
+        )),
         Emitter::Spot {
             to_world,
             cutoff_angle,

@@ -1,0 +1,36 @@
+//! Points that shine through an image: randomised quasi-Monte Carlo over a texel.
+
+use super::arriving::unshadowed;
+use super::glance::Glance;
+use super::light::DirectLight;
+use super::texel::DirectTexel;
+use crate::numeric::Stream;
+use crate::radiometry::Rgb;
+use crate::scene::Emitter;
+
+impl DirectLight<'_> {
+    /// Average irradiance of an emitter with an image over a texel, with `each` samples in each replicate. The
+    /// image's texels have edges anywhere: points at fixed places would not tell how wrong they are.
+    pub(super) fn image(
+        &mut self,
+        texel: usize,
+        emitter: &Emitter,
+        stream: &Stream,
+        each: u32,
+    ) -> Glance {
+        let found = self.sampled(texel, stream, each, |at, point, _| {
+            let (irradiance, towards, distance) = unshadowed(point, emitter);
+            if irradiance.is_black() {
+                return ([0.0; 3], 0.0);
+            }
+            (irradiance.0, at.transmittance(point, towards, distance))
+        });
+        Glance {
+            value: DirectTexel {
+                irradiance: Rgb(found.mean),
+                error: Rgb(found.error),
+            },
+            passed: found.passed,
+        }
+    }
+}
