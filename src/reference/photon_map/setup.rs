@@ -90,7 +90,7 @@ impl<'a> Setup<'a> {
         let normals = settings.photons.chains.shading_normals;
         let target = Target::new(scene, sensor, normals, |_, it| Camera::of_sensor(it))?;
         check_colors(scene)?;
-        let light = LightSpace::new(scene)?;
+        let light = LightSpace::aimed(scene, settings.photons.chains.follows_rough)?;
         check_flux(&light)?;
         let mut setup = Self {
             scene,
