@@ -217,8 +217,8 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         // No flight has passed so many surfaces: nothing else is chosen by these numbers.
-        let numbers = [0, 1, 2]
-            .map(|k| sink.choice(flight.signature, flight.passes + k * (MAX_PASSES + 1)));
+        let numbers =
+            [0, 1, 2].map(|k| sink.choice(flight.signature, flight.passes + k * (MAX_PASSES + 1)));
         let drawn = glossy::draw(
             self.scene,
             hit,

@@ -141,11 +141,7 @@ pub fn left_out_by_photons(scene: &Scene) -> Vec<String> {
 
 /// The first shape with a rough interface, in words; `None` if there is none.
 pub fn first_rough(scene: &Scene) -> Option<String> {
-    let is_glossy = |object: &&Object| {
-        scene
-            .material(object.material)
-            .is_glossy(scene.materials())
-    };
+    let is_glossy = |object: &&Object| scene.material(object.material).is_glossy(scene.materials());
     let object = scene.objects().iter().find(is_glossy)?;
     Some(named(scene, object))
 }
@@ -173,22 +169,15 @@ fn left_out_where(
 /// Warnings for methods that connect light on diffuse surfaces to a camera: surfaces that scatter light in
 /// another way look black.
 pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
-    let scatters = |material: &Material| {
+    let is_rough = |material: &Material| {
         matches!(
             material,
-            Material::Plastic(_)
-                | Material::RoughPlastic { .. }
-                | Material::RoughConductor { .. }
-                | Material::RoughDielectric { .. }
-                | Material::Turned { .. }
+            Material::RoughConductor { .. } | Material::RoughDielectric { .. }
         )
     };
-    let shapes: Vec<String> = scene
-        .objects()
-        .iter()
-        .filter(|object| any(scene, object.material, &scatters))
-        .map(|object| named(scene, object))
-        .collect();
+    let shapes = scattering(scene, |material| {
+        is_rough(material) || is_coated_or_turned(material)
+    });
     if shapes.is_empty() {
         return Vec::new();
     }
@@ -196,6 +185,28 @@ pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
         "light on {} is not in the image: only light on diffuse surfaces is connected to the camera",
         listed(&shapes)
     )]
+}
+
+/// The shapes that scatter light in another way than diffuse ones, but for bare rough interfaces.
+pub fn unseen_but_rough(scene: &Scene) -> Vec<String> {
+    scattering(scene, is_coated_or_turned)
+}
+
+/// Coats over matt bases, and turned normals.
+fn is_coated_or_turned(material: &Material) -> bool {
+    matches!(
+        material,
+        Material::Plastic(_) | Material::RoughPlastic { .. } | Material::Turned { .. }
+    )
+}
+
+/// The shapes with a material for which `test` holds, or that wrap one.
+fn scattering(scene: &Scene, test: impl Fn(&Material) -> bool) -> Vec<String> {
+    let objects = scene.objects().iter();
+    objects
+        .filter(|object| any(scene, object.material, &test))
+        .map(|object| named(scene, object))
+        .collect()
 }
 
 /// The first few shapes, and the number of the others.

@@ -14,8 +14,14 @@ use super::bsdf::{Bsdf, Scattering, Transport};
 use super::flux::Flux;
 use super::scatter::{Branch, ShadingNormals};
 use super::signature::Event;
-use crate::geometry::{Hit, SurfacePoint};
+use crate::geometry::{Hit, Ray, SurfacePoint};
 use crate::scene::Scene;
+
+/// True if light along `ray` meets a rough interface, on the side that it comes from.
+pub fn is_met(scene: &Scene, hit: &Hit, point: &SurfacePoint, ray: &Ray) -> bool {
+    let point = scene.world().with_uv(*point, hit);
+    Bsdf::at(scene, hit, &point).is_glossy(-ray.direction)
+}
 
 /// The branch along which light goes on from a rough interface, which may have masks over it, and the event;
 /// without one if it passed the mask. `None` if it is absorbed.

@@ -153,9 +153,8 @@ impl Ord for Signature {
         let differ = (self.code ^ other.code) | (self.glossy ^ other.glossy);
         by_length.then_with(|| {
             let place = differ.checked_ilog2();
-            let letter = |of: &Self| {
-                place.map(|place| (of.glossy >> place & 1 == 0, of.code >> place & 1))
-            };
+            let letter =
+                |of: &Self| place.map(|place| (of.glossy >> place & 1 == 0, of.code >> place & 1));
             letter(self).cmp(&letter(other))
         })
     }
@@ -283,7 +282,11 @@ mod tests {
             paths.extend(events.map(|event| paths[i].then(event)));
         }
         let smooth = paths.iter().filter(|path| !path.is_glossy());
-        assert!(smooth.clone().all(|path| u128::from(path.key()) == path.code));
+        assert!(
+            smooth
+                .clone()
+                .all(|path| u128::from(path.key()) == path.code)
+        );
         assert_eq!(smooth.count(), (1 << 9) - 1);
         let mut keys: Vec<u32> = paths.iter().map(|path| path.key()).collect();
         keys.sort_unstable();

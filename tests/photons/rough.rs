@@ -128,10 +128,9 @@ fn assert_as_paths(name: &str, elements: &str, most: f64) {
         let pixel = (side - 1 - texel / side) * side + texel % side;
         for c in 0..channels {
             let to_flux = std::f64::consts::PI / ALBEDO;
-            let [value, error] =
-                [&traced.values, &traced.standard_error].map(|it| it[texel].0[c]);
-            let [truth, bar] = [&seen.values, &seen.standard_error]
-                .map(|it| it[pixel].0[c] * to_flux);
+            let [value, error] = [&traced.values, &traced.standard_error].map(|it| it[texel].0[c]);
+            let [truth, bar] =
+                [&seen.values, &seen.standard_error].map(|it| it[pixel].0[c] * to_flux);
             let joint = error.hypot(bar);
             // What the floor itself sends to the ball comes back to paths.
             let returned = 3.0 * ALBEDO;
@@ -156,7 +155,10 @@ fn assert_as_paths(name: &str, elements: &str, most: f64) {
     );
     let joint = (variance * count).sqrt() / light;
     assert!(joint < most, "{name}: joint bars of {joint} tell nothing");
-    assert!(off.abs() <= 4.0 * deviation, "{name}: {off} ± {deviation} in all");
+    assert!(
+        off.abs() <= 4.0 * deviation,
+        "{name}: {off} ± {deviation} in all"
+    );
 }
 
 #[test]
@@ -250,8 +252,8 @@ fn sent_on(distribution: &str, alpha: f64, wi: DVec3, eta: Option<f64>) -> f64 {
                 continue;
             }
             // D m_z dω is the slopes' density: D |wi·m| dω = density |wi·m| / m_z.
-            let got = density * of_x * of_y * cos / (m.z * wi.z)
-                * shadowing(distribution, alpha, wi);
+            let got =
+                density * of_x * of_y * cos / (m.z * wi.z) * shadowing(distribution, alpha, wi);
             let mirrored = m * (2.0 * cos) - wi;
             let mut away = 0.0;
             let reflectance = eta.map_or(1.0, |eta| fresnel(cos, eta));
@@ -277,8 +279,14 @@ fn facets_lose_what_the_model_loses_and_nothing_else() {
         metal(alpha, distribution).replace("0.9, 0.6, 0.3", "1, 1, 1")
     };
     for distribution in ["ggx", "beckmann"] {
-        for alpha in [0.02, 0.4, 0.8] {
-            for (tilt, side) in [(0.0, 1.0), (0.8, 1.0), (1.3, 1.0), (0.4, -1.0), (0.75, -1.0)] {
+        for alpha in [0.02, 0.5] {
+            for (tilt, side) in [
+                (0.0, 1.0),
+                (0.8, 1.0),
+                (1.3, 1.0),
+                (0.4, -1.0),
+                (0.75, -1.0),
+            ] {
                 let (sin, cos) = f64::sin_cos(tilt);
                 // Light comes from wi, above the plate, or from inside of the glass below it.
                 let wi = DVec3::new(sin * 0.8, sin * 0.6, cos);
@@ -301,14 +309,18 @@ fn facets_lose_what_the_model_loses_and_nothing_else() {
                     assert!(ledger.closure_error().unwrap() < 1e-12, "{case}");
                     assert!(ledger.shading_gain.is_black(), "{case}");
                     let lost = ledger.rows[&Signature::DIRECT].absorbed.0[0];
-                    let sent = ledger.sum().total().0[0]
-                        - ledger.rows[&Signature::DIRECT].total().0[0];
+                    let sent =
+                        ledger.sum().total().0[0] - ledger.rows[&Signature::DIRECT].total().0[0];
                     let share = sent / (sent + lost);
                     // Weights are in 0..=1: their variance is at most that of zeros and ones. Beckmann's fit
-                    // lets them exceed 1 by 0.35 %. The sum over slopes has an edge.
-                    let deviation = ((1.0 - truth).max(1e-4) / (0.5 * photons as f64)).sqrt();
+                    // lets them exceed 1 by 0.35 %. Photons that pass the plate by do not count.
+                    let met = photons as f64 * (sent + lost) / ledger.emitted.0[0];
+                    let deviation = ((1.0 - truth).max(1e-4) / met).sqrt();
                     println!("{case}: {share} {truth} ± {deviation}");
-                    assert!((share - truth).abs() <= 5.0 * deviation, "{case}: {share}, {truth}");
+                    assert!(
+                        (share - truth).abs() <= 4.0 * deviation,
+                        "{case}: {share}, {truth}"
+                    );
                 }
             }
         }
@@ -319,7 +331,8 @@ fn facets_lose_what_the_model_loses_and_nothing_else() {
 fn all_light_of_a_rough_ball_lands_escapes_or_is_lost_between_facets() {
     let mut before = 0.0;
     for alpha in [0.02, 0.1, 0.4] {
-        let lamp = "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"6\"/></emitter>";
+        let lamp =
+            "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"6\"/></emitter>";
         let scene = paths::scene(&(ball(&glass(alpha, "ggx")) + lamp + &floor()));
         let estimate = by_photons(&scene, PhotonSettings::default(), 1 << 18);
         let ledger = &estimate.ledger;
@@ -345,12 +358,16 @@ fn light(layer: &Layer) -> f64 {
     layer.values.iter().map(|value| value.0[0]).sum()
 }
 
-const POINT: &str = "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"1\" z=\"6\"/></emitter>";
+const POINT: &str =
+    "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"1\" z=\"6\"/></emitter>";
 
 #[test]
 fn a_rough_balls_caustic_tends_to_that_of_a_smooth_one_without_a_threshold() {
     let smooth = glass(0.0, "ggx").replace("roughdielectric", "dielectric");
-    let smooth = smooth.replace("<float name=\"alpha\" value=\"0\"/><string name=\"distribution\" value=\"ggx\"/>", "");
+    let smooth = smooth.replace(
+        "<float name=\"alpha\" value=\"0\"/><string name=\"distribution\" value=\"ggx\"/>",
+        "",
+    );
     let caustic = |bsdf: &str, seed: u64| {
         let scene = paths::scene(&(ball(bsdf) + POINT + &floor()));
         let settings = PhotonSettings {
@@ -365,7 +382,12 @@ fn a_rough_balls_caustic_tends_to_that_of_a_smooth_one_without_a_threshold() {
     for alpha in [0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 1e-4, 0.0] {
         let rough = caustic(&glass(alpha, "ggx"), 2);
         let rough = layer(&rough, "LGGD");
-        let apart: f64 = rough.values.iter().zip(&smooth.values).map(|(a, b)| (a.0[0] - b.0[0]).abs()).sum();
+        let apart: f64 = rough
+            .values
+            .iter()
+            .zip(&smooth.values)
+            .map(|(a, b)| (a.0[0] - b.0[0]).abs())
+            .sum();
         let apart = apart / light(smooth);
         let kept = light(rough) / light(smooth);
         println!("{alpha}: {apart:.5} apart, {kept:.5} of the light");
@@ -395,7 +417,9 @@ fn signatures_name_rough_events_in_their_order() {
 fn a_rough_mask_and_a_rough_back_take_their_share() {
     // Half of the light passes the mask straight on, and half meets the mirror on either side.
     let both = |inner: &str| {
-        format!("<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/><bsdf type=\"twosided\">{inner}</bsdf></bsdf>")
+        format!(
+            "<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/><bsdf type=\"twosided\">{inner}</bsdf></bsdf>"
+        )
     };
     let bsdf = both(&metal(0.1, "ggx").replace("0.9, 0.6, 0.3", "1, 1, 1"));
     for side in [1.0, -1.0] {
@@ -408,7 +432,11 @@ fn a_rough_mask_and_a_rough_back_take_their_share() {
         // The plate's 4 m² as the light sees them.
         let arriving = 4.0 / 1.01f64.sqrt();
         let deviation = (0.25 * 0.75 / photons as f64 * 2.0).sqrt();
-        assert!((met / arriving - 0.25).abs() < 5.0 * deviation, "{side}: {}", met / arriving);
+        assert!(
+            (met / arriving - 0.25).abs() < 5.0 * deviation,
+            "{side}: {}",
+            met / arriving
+        );
         assert!(mirrored > 0.95 * met);
     }
 }

@@ -61,12 +61,12 @@ impl FullSettings {
             photons.seed = seed;
             photons.max_layers = 0;
             photons.chains.shading_normals = ShadingNormals::Adjoint;
-            // Paths measure that light: a rough interface scatters.
-            photons.chains.follows_rough = false;
             if let Some(depth) = depth {
                 photons.chains.max_depth = depth.min(MAX_EVENTS as u32);
             }
         }
+        // Paths measure what is seen of it.
+        self.photon_map.gloss_on_rough = false;
         self.beams = BeamSettings {
             max_depth: self.photons.chains.max_depth,
             shading_normals: ShadingNormals::Adjoint,

@@ -167,6 +167,11 @@ impl<'a> Setup<'a> {
         all as f64 / (PLACES * PLACES) as f64
     }
 
+    /// The scene if light of rough interfaces does not count on others.
+    pub(super) fn without(&self) -> Option<&Scene> {
+        (!self.settings.gloss_on_rough).then_some(self.scene)
+    }
+
     /// Surfaces on which a photon is kept, in the mean, as the pilot found.
     pub fn kept(&self) -> f64 {
         self.kept
