@@ -291,13 +291,11 @@ impl Material {
 
     /// True if it mirrors or refracts, smooth or rough, with normals that a texture turns.
     pub fn is_turned_interface(&self, all: &[Self]) -> bool {
-        match self {
-            Self::Turned { .. } => self.is_rough_interface(all),
-            _ => {
-                let of = |id: MaterialId| all[id.0 as usize].is_turned_interface(all);
-                self.nested().any(of)
-            }
+        if matches!(self, Self::Turned { .. }) {
+            return self.is_rough_interface(all);
         }
+        self.nested()
+            .any(|id| all[id.0 as usize].is_turned_interface(all))
     }
 
     /// True if light passes it as if nothing were there, and has no other way to go.
