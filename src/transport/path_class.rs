@@ -10,13 +10,18 @@
 //!
 //! | class | paths | layer | found by |
 //! |---|---|---|---|
-//! | [`Emitted`](PathClass::Emitted) | L S* E | `emitted` | paths from the camera alone |
-//! | [`Direct`](PathClass::Direct) | L X S* E | `direct` | paths, by sampling emitters |
-//! | [`Caustic`](PathClass::Caustic) | L (S\|G)+ D E, L S+ G E | `caustic` | light that is connected to the camera |
-//! | [`SeenCaustic`](PathClass::SeenCaustic) | the same before S+ E | `caustic-sds` | photons that are looked up |
-//! | [`Indirect`](PathClass::Indirect) | all others of L X A* X S* E | `indirect` | paths, by sampling emitters |
+//! | [`Emitted`] | L S* E | `emitted` | paths from the camera alone |
+//! | [`Direct`] | L X S* E | `direct` | paths, by sampling emitters |
+//! | [`Caustic`] | L (S\|G)+ D E, L S+ G E | `caustic` | light that is connected to the camera |
+//! | [`SeenCaustic`] | the same before S+ E | `caustic-sds` | photons that are looked up |
+//! | [`Indirect`] | all others of L X A* X S* E | `indirect` | paths, by sampling emitters |
 //! | [`IndirectCaustic`] | all others of L S+ X A* X S* E | `caustic-indirect` | light, photons |
 //!
+//! [`Emitted`]: PathClass::Emitted
+//! [`Direct`]: PathClass::Direct
+//! [`Caustic`]: PathClass::Caustic
+//! [`SeenCaustic`]: PathClass::SeenCaustic
+//! [`Indirect`]: PathClass::Indirect
 //! [`IndirectCaustic`]: PathClass::IndirectCaustic
 //!
 //! A path from the camera finds light that begins with L S+ X only by running into an emitter of some size by
@@ -107,8 +112,8 @@ impl PathClasses {
     pub const NONE: Self = Self(0);
     /// Every path.
     pub const ALL: Self = Self(0b11_1111);
-    /// Paths whose light meets mirrors or glass before anything else that scatters it, L S+ X ... E, and those
-    /// that rough interfaces bring to matt surfaces.
+    /// Paths whose light meets mirrors or glass before anything else that scatters it, L S+ X ... E, and
+    /// those that rough interfaces bring to matt surfaces.
     pub const CAUSTICS: Self = Self::NONE
         .with(PathClass::Caustic)
         .with(PathClass::SeenCaustic)

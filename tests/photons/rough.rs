@@ -22,8 +22,8 @@ const SIDE: u32 = 6;
 /// Albedo of the floor.
 const ALBEDO: f64 = 0.5;
 
-/// The floor, 2 m wide each way, with a meter, and a camera that looks straight down from just below the ball:
-/// each pixel sees one texel of the meter.
+/// The floor, 2 m wide each way, with a meter, and a camera that looks straight down from just below the
+/// ball: each pixel sees one texel of the meter.
 fn floor() -> String {
     let film = paths::film(SIDE, SIDE, paths::BOX);
     format!(
@@ -488,7 +488,7 @@ fn interpolated_normals_change_no_flux_unless_asked_to() {
     };
     let (sent, gain) = share(ShadingNormals::Flux);
     assert_eq!(gain, 0.0);
-    // Beckmann's slopes of α = 0.02 have no tails: nothing is hidden, and nothing is sent below the true surface.
+    // Beckmann's slopes of α = 0.02 have no tails: nothing is hidden, and nothing is sent below the surface.
     assert!((sent - 1.0).abs() < 1e-9, "{sent}");
     // Veach's factor: light comes along the true normal, and leaves at twice the lean off it. The slopes of
     // α = 0.02 change its mean by some thousandths.
