@@ -209,6 +209,10 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     }
 
     /// Follows one of the many directions of a rough interface, or passes the mask over it.
+    ///
+    /// Out of line: scenes without rough interfaces are not to pay for it.
+    #[cold]
+    #[inline(never)]
     fn scatter(
         &self,
         flight: &Flight<N>,
