@@ -10,6 +10,7 @@ use crate::run::format::time;
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError, Values};
 use crate::transport::camera::Camera;
+use crate::transport::chain_limits::first_rough;
 
 /// A method, and the reason for which it was chosen.
 ///
@@ -133,6 +134,12 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
     }
     if let Some(choice) = of_camera(scene, sensor)? {
         return Ok(choice);
+    }
+    if let Some(rough) = first_rough(scene) {
+        let reason = format!(
+            "beams cannot follow all light: {rough} is rough, and scatters it in many directions"
+        );
+        return Ok((photons, reason));
     }
     let crop = &sensor.film.crop;
     let texels = u64::from(crop.width) * u64::from(crop.height);

@@ -51,7 +51,7 @@ impl Method {
         context
             .install(|| {
                 let setup = Setup::new(scene, sensor, settings, &context.progress)?;
-                let warnings = warnings::of_chains(scene, setup.light().is_empty());
+                let warnings = warnings::of_photons(scene, setup.light().is_empty());
                 Ok(setup
                     .merge(&sensor.id, parts)
                     .map(|estimate| photons::rendering(scene, &settings, estimate, warnings))

@@ -2,7 +2,7 @@
 
 use crate::run::{Estimate, LayerName, Quantity};
 use crate::scene::{Emitter, Scene, Sensor};
-use crate::transport::chain_limits::{left_out, left_out_of_image};
+use crate::transport::chain_limits::{left_out, left_out_by_photons, left_out_of_image};
 use crate::transport::signature::Signature;
 
 /// The warning of a run that was stopped before anything was known; `what` is the light that it was to
@@ -20,10 +20,22 @@ pub(super) const NOT_ALL_LAYERS: &str =
 
 /// Warnings of methods that follow light along specular chains: no caustic, and light that they leave out.
 pub(super) fn of_chains(scene: &Scene, is_dark: bool) -> Vec<String> {
+    let mut warnings = of_dark(is_dark);
+    warnings.extend(left_out(scene));
+    warnings
+}
+
+/// The same of photons, which go on from rough interfaces.
+pub(super) fn of_photons(scene: &Scene, is_dark: bool) -> Vec<String> {
+    let mut warnings = of_dark(is_dark);
+    warnings.extend(left_out_by_photons(scene));
+    warnings
+}
+
+fn of_dark(is_dark: bool) -> Vec<String> {
     let no_caustic = "no light was found that meets a surface which mirrors or refracts, and gets to the sensor: no \
                       caustic, only direct light";
-    let dark = is_dark.then(|| no_caustic.to_owned());
-    dark.into_iter().chain(left_out(scene)).collect()
+    is_dark.then(|| no_caustic.to_owned()).into_iter().collect()
 }
 
 /// The warning of direct light that was not measured.

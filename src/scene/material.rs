@@ -248,14 +248,27 @@ impl Material {
     /// True if light can leave it along a specular chain: by mirror reflection or refraction, looking through
     /// masks and two-sided wrappers.
     ///
-    /// `Null` is not specular: it changes no direction. Neither are rough interfaces and turned normals:
-    /// chains end there (see [`Self::is_rough_interface`]).
+    /// `Null` is not specular: it changes no direction. Neither are rough interfaces and turned normals (see
+    /// [`Self::is_rough_interface`]): specular chains end there, and photons go on from the former.
     pub fn is_specular(&self, all: &[Self]) -> bool {
         match self {
             Self::Dielectric { .. } | Self::ThinDielectric { .. } | Self::Conductor { .. } => true,
             Self::Mask { opacity, .. } if !opacity.may_exceed_zero() => false,
             Self::Mask { .. } | Self::TwoSided { .. } => {
                 self.nested().any(|id| all[id.0 as usize].is_specular(all))
+            }
+            _ => false,
+        }
+    }
+
+    /// True if light can leave it in many directions by a rough interface, looking through masks and
+    /// two-sided wrappers: chains of photons go on there by lot.
+    pub fn is_glossy(&self, all: &[Self]) -> bool {
+        match self {
+            Self::RoughDielectric { .. } | Self::RoughConductor { .. } => true,
+            Self::Mask { opacity, .. } if !opacity.may_exceed_zero() => false,
+            Self::Mask { .. } | Self::TwoSided { .. } => {
+                self.nested().any(|id| all[id.0 as usize].is_glossy(all))
             }
             _ => false,
         }
@@ -274,6 +287,15 @@ impl Material {
             }
             _ => self.nested().any(of),
         }
+    }
+
+    /// True if it mirrors or refracts, smooth or rough, with normals that a texture turns.
+    pub fn is_turned_interface(&self, all: &[Self]) -> bool {
+        if matches!(self, Self::Turned { .. }) {
+            return self.is_rough_interface(all);
+        }
+        self.nested()
+            .any(|id| all[id.0 as usize].is_turned_interface(all))
     }
 
     /// True if light passes it as if nothing were there, and has no other way to go.
@@ -302,7 +324,8 @@ impl Material {
         }
     }
 
-    /// True if every factor on light that stays on specular chains is the same in red, green and blue.
+    /// True if every factor on light that stays on chains of mirrors and glass is the same in red, green and
+    /// blue.
     pub fn is_achromatic(&self, all: &[Self]) -> bool {
         match self {
             Self::Dielectric {
@@ -314,11 +337,22 @@ impl Material {
                 specular_reflectance,
                 specular_transmittance,
                 ..
+            }
+            | Self::RoughDielectric {
+                specular_reflectance,
+                specular_transmittance,
+                ..
             } => specular_reflectance.is_grey() && specular_transmittance.is_grey(),
             Self::Conductor {
                 eta,
                 k,
                 specular_reflectance,
+            }
+            | Self::RoughConductor {
+                eta,
+                k,
+                specular_reflectance,
+                ..
             } => eta.is_grey() && k.is_grey() && specular_reflectance.is_grey(),
             // A material that scatters light ends the chain: its colour changes no irradiance.
             _ => self

@@ -22,12 +22,26 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
     let opaque = names(scene, |object| {
         !is_specular(scene, object) && *scene.material(object.material) != Material::Null
     });
+    let rough = names(scene, |object| {
+        scene.material(object.material).is_glossy(scene.materials())
+    });
+    let no_chain = if rough.is_empty() {
+        "nothing mirrors or refracts: there is no caustic"
+    } else {
+        "nothing mirrors or refracts without blur"
+    };
     let mut list = vec![
         item(
             "specular chains",
             &specular,
             "mirrors or refracts",
-            "nothing mirrors or refracts: there is no caustic",
+            no_chain,
+        ),
+        item(
+            "rough interfaces",
+            &rough,
+            "mirrors or refracts with a blur: for photons and paths",
+            "no interface is rough",
         ),
         colour(scene),
         item(

@@ -1,38 +1,44 @@
-//! Specular chains, and the light that follows them.
+//! Chains of mirrors and glass, and the light that follows them.
 //!
 //! One photon may become many. For the first few events light goes on along every branch of an interface (the
 //! Fresnel tree). After that it goes on along one branch, chosen with the probability of its share. Both keep
 //! the expected flux of every branch. Choosing one also keeps the flux itself, so the [ledger](super::ledger)
-//! closes for every photon and not only on average.
+//! closes for every photon and not only on average. At a rough interface one of its many branches is chosen,
+//! too, if the settings let chains go on from there ([`glossy`]).
 //!
 //! A chain knows nothing of sensors. It tells its [`ChainSink`] of every surface at which light arrives, and
 //! a sensor, or a photon map, uses that as it likes.
 
 use super::flux::Flux;
+use super::glossy;
 use super::ledger::Fate;
-use super::scatter::{Interaction, ShadingNormals, Way};
-use super::signature::{MAX_EVENTS, Signature};
+use super::scatter::{Branch, Interaction, ShadingNormals, Way};
+use super::signature::{Event, MAX_EVENTS, Signature};
 use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
 use crate::scene::Scene;
 
 /// Depth to which chains are followed, and to which they are split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ChainSettings {
-    /// Number of specular events after which flux is cut off, at most [`MAX_EVENTS`].
+    /// Number of events after which flux is cut off, at most [`MAX_EVENTS`].
     pub max_depth: u32,
     /// Number of specular events up to which every branch is followed; later ones follow one at random.
     pub split_depth: u32,
     /// Effect of interpolated normals on flux.
     pub shading_normals: ShadingNormals,
+    /// True if chains go on from rough interfaces, false if they end there. It is the method's to say.
+    #[serde(skip)]
+    pub follows_rough: bool,
 }
 
 impl Default for ChainSettings {
-    /// Settings of 16 events, with all branches for the first two.
+    /// Settings of 16 events, with all branches for the first two, also from rough interfaces.
     fn default() -> Self {
         Self {
             max_depth: 16,
             split_depth: 2,
             shading_normals: ShadingNormals::Flux,
+            follows_rough: true,
         }
     }
 }
@@ -47,7 +53,7 @@ pub struct Arrival<'a, const N: usize> {
     /// [`World::bounce_point`](crate::geometry::World::bounce_point) of the hit: `uv` is unspecified on round
     /// shapes.
     pub point: &'a SurfacePoint,
-    /// The specular events so far.
+    /// The events so far.
     pub signature: Signature,
     /// Flux that arrives \[W\].
     pub flux: Flux<N>,
@@ -163,7 +169,8 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             ray.direction,
             self.settings.shading_normals,
         );
-        if interaction.is_end() {
+        let is_rough = self.settings.follows_rough && interaction.rough_share() > 0.0;
+        if interaction.is_end() && !is_rough {
             sink.ended(flight.signature, fate, flight.flux);
             return None;
         }
@@ -173,6 +180,8 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             None
         } else if events >= self.settings.max_depth as usize {
             self.pass(flight, &interaction, &point, sink)
+        } else if is_rough {
+            self.scatter(flight, &hit, &point, sink)
         } else if events < self.settings.split_depth as usize {
             self.follow_all(flight, &interaction, &point, sink)
         } else {
@@ -197,6 +206,36 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             sink.ended(flight.signature, Fate::Absorbed, flight.flux);
         }
         next
+    }
+
+    /// Follows one of the many directions of a rough interface, or passes the mask over it.
+    ///
+    /// Out of line: scenes without rough interfaces are not to pay for it.
+    #[cold]
+    #[inline(never)]
+    fn scatter(
+        &self,
+        flight: &Flight<N>,
+        hit: &Hit,
+        point: &SurfacePoint,
+        sink: &mut impl ChainSink<N>,
+    ) -> Option<Flight<N>> {
+        // No flight has passed so many surfaces: nothing else is chosen by these numbers.
+        let numbers =
+            [0, 1, 2].map(|k| sink.choice(flight.signature, flight.passes + k * (MAX_PASSES + 1)));
+        let drawn = glossy::draw(
+            self.scene,
+            hit,
+            point,
+            flight.ray.direction,
+            self.settings.shading_normals,
+            numbers,
+        );
+        let Some((branch, event)) = drawn else {
+            sink.ended(flight.signature, Fate::Absorbed, flight.flux);
+            return None;
+        };
+        Some(self.leave(flight, flight.flux, &branch, event, point, sink))
     }
 
     /// Follows every way that light goes.
@@ -237,8 +276,11 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     ) -> Option<Flight<N>> {
         let passed = interaction.share_of(Way::Passed);
         if passed < 1.0 {
-            let events =
+            let mut events =
                 interaction.share_of(Way::Reflected) + interaction.share_of(Way::Transmitted);
+            if self.settings.follows_rough {
+                events += interaction.rough_share();
+            }
             let fate = if events > 0.0 {
                 Fate::CutOff
             } else {
@@ -255,8 +297,6 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     }
 
     /// `flux` of a flight on one of the ways from its place; `None` if there is no way after all.
-    ///
-    /// Flux that a tint takes is absorbed. Flux that a tint adds is a gain by adjoint shading normals.
     #[inline]
     fn along(
         &self,
@@ -268,6 +308,22 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         let branch = interaction.branch(way)?;
+        Some(self.leave(flight, flux, &branch, way.event(), point, sink))
+    }
+
+    /// `flux` of a flight on one branch from its place.
+    ///
+    /// Flux that a tint takes is absorbed. Flux that a tint adds is a gain by adjoint shading normals.
+    #[inline]
+    fn leave(
+        &self,
+        flight: &Flight<N>,
+        flux: Flux<N>,
+        branch: &Branch<N>,
+        event: Option<Event>,
+        point: &SurfacePoint,
+        sink: &mut impl ChainSink<N>,
+    ) -> Flight<N> {
         let leaving = flux * branch.tint;
         if leaving != flux {
             if self.settings.shading_normals == ShadingNormals::Adjoint {
@@ -276,12 +332,11 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
                 sink.ended(flight.signature, Fate::Absorbed, flux - leaving);
             }
         }
-        let event = way.event();
-        Some(Flight {
+        Flight {
             ray: point.spawn(branch.direction),
             flux: leaving,
             signature: event.map_or(flight.signature, |event| flight.signature.then(event)),
             passes: flight.passes + u32::from(event.is_none()),
-        })
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! Limits of specular chains in a scene: photons, beams and probes follow smooth interfaces only.
+//! Limits of chains in a scene: photons go on from smooth and rough interfaces, all others from smooth ones
+//! only.
 
 use crate::scene::{Emitter, Material, MaterialId, Object, Scalar, Scene};
 
@@ -142,22 +143,39 @@ fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotF
 /// They name rough interfaces, and smooth ones whose normals a texture turns. These receive and block light,
 /// but light that they reflect and refract is left out.
 pub fn left_out(scene: &Scene) -> Vec<String> {
-    let is_rough = |object: &&Object| {
-        scene
-            .material(object.material)
-            .is_rough_interface(scene.materials())
-    };
+    let reason = "rough interfaces and turned normals are no part of specular chains";
+    left_out_where(scene, Material::is_rough_interface, reason)
+}
+
+/// The same for photons, which go on from rough interfaces, but not where a texture turns the normal.
+pub fn left_out_by_photons(scene: &Scene) -> Vec<String> {
+    let reason = "photons do not go on where a texture turns the normal";
+    left_out_where(scene, Material::is_turned_interface, reason)
+}
+
+/// The first shape with a rough interface, in words; `None` if there is none.
+pub fn first_rough(scene: &Scene) -> Option<String> {
+    let is_glossy = |object: &&Object| scene.material(object.material).is_glossy(scene.materials());
+    let object = scene.objects().iter().find(is_glossy)?;
+    Some(named(scene, object))
+}
+
+fn left_out_where(
+    scene: &Scene,
+    is_one: impl Fn(&Material, &[Material]) -> bool,
+    reason: &str,
+) -> Vec<String> {
     let shapes: Vec<String> = scene
         .objects()
         .iter()
-        .filter(is_rough)
+        .filter(|object| is_one(scene.material(object.material), scene.materials()))
         .map(|object| named(scene, object))
         .collect();
     if shapes.is_empty() {
         return Vec::new();
     }
     vec![format!(
-        "light by way of {} is left out: rough interfaces and turned normals are no part of specular chains",
+        "light by way of {} is left out: {reason}",
         listed(&shapes)
     )]
 }
@@ -165,22 +183,15 @@ pub fn left_out(scene: &Scene) -> Vec<String> {
 /// Warnings for methods that connect light on diffuse surfaces to a camera: surfaces that scatter light in
 /// another way look black.
 pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
-    let scatters = |material: &Material| {
+    let is_rough = |material: &Material| {
         matches!(
             material,
-            Material::Plastic(_)
-                | Material::RoughPlastic { .. }
-                | Material::RoughConductor { .. }
-                | Material::RoughDielectric { .. }
-                | Material::Turned { .. }
+            Material::RoughConductor { .. } | Material::RoughDielectric { .. }
         )
     };
-    let shapes: Vec<String> = scene
-        .objects()
-        .iter()
-        .filter(|object| any(scene, object.material, &scatters))
-        .map(|object| named(scene, object))
-        .collect();
+    let shapes = scattering(scene, |material| {
+        is_rough(material) || is_coated_or_turned(material)
+    });
     if shapes.is_empty() {
         return Vec::new();
     }
@@ -188,6 +199,28 @@ pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
         "light on {} is not in the image: only light on diffuse surfaces is connected to the camera",
         listed(&shapes)
     )]
+}
+
+/// The shapes that scatter light in another way than diffuse ones, but for bare rough interfaces.
+pub fn unseen_but_rough(scene: &Scene) -> Vec<String> {
+    scattering(scene, is_coated_or_turned)
+}
+
+/// Coats over matt bases, and turned normals.
+fn is_coated_or_turned(material: &Material) -> bool {
+    matches!(
+        material,
+        Material::Plastic(_) | Material::RoughPlastic { .. } | Material::Turned { .. }
+    )
+}
+
+/// The shapes with a material for which `test` holds, or that wrap one.
+fn scattering(scene: &Scene, test: impl Fn(&Material) -> bool) -> Vec<String> {
+    let objects = scene.objects().iter();
+    objects
+        .filter(|object| any(scene, object.material, &test))
+        .map(|object| named(scene, object))
+        .collect()
 }
 
 /// The first few shapes, and the number of the others.

@@ -105,7 +105,7 @@ impl<'a, const N: usize> PathFollower<'a, N> {
         let leaves = match self.events.first() {
             Some(Event::Reflection) => sides < 0.0,
             Some(Event::Transmission) => sides > 0.0,
-            None => true,
+            Some(Event::Glossy) | None => true,
         };
         (leaves || path.end == End::Hidden).then(|| arrival.emitted(&place))
     }
@@ -393,6 +393,8 @@ pub(super) fn leave<const N: usize>(
     let way = match event {
         Event::Reflection => Way::Reflected,
         Event::Transmission => Way::Transmitted,
+        // It has no one direction.
+        Event::Glossy => return None,
     };
     let material = scene.material_of(shape);
     let interaction = Interaction::new(scene, material, point, direction, shading_normals);

@@ -2,25 +2,33 @@
 //!
 //! A path is written from light to camera as in Heckbert 1990 (*Adaptive Radiosity Textures for Bidirectional
 //! Ray Tracing*): L, then a letter a surface, then E. S is a *delta* event: mirror reflection, smooth
-//! refraction, a thin pane. D is any other: a matt surface, but also a rough interface, since the difference
-//! is whether a direction has a density. Passing a null surface or the open part of a mask adds no letter.
+//! refraction, a thin pane. G is a rough interface, which photons follow, too. D is any other: a matt
+//! surface, or a turned normal. Directions from G and D have a density. Passing a null surface or the open
+//! part of a mask adds no letter.
 //!
-//! Every path is in exactly one class:
+//! Every path is in exactly one class. X is D or G, and A is any letter:
 //!
 //! | class | paths | layer | found by |
 //! |---|---|---|---|
-//! | [`Emitted`](PathClass::Emitted) | L S* E | `emitted` | paths from the camera alone |
-//! | [`Direct`](PathClass::Direct) | L D S* E | `direct` | paths, by sampling emitters |
-//! | [`Caustic`](PathClass::Caustic) | L S+ D E | `caustic` | light that is connected to the camera |
-//! | [`SeenCaustic`](PathClass::SeenCaustic) | L S+ D S+ E | `caustic-sds` | photons that are looked up |
-//! | [`Indirect`](PathClass::Indirect) | L D (S\|D)* D S* E | `indirect` | paths, by sampling emitters |
-//! | [`IndirectCaustic`] | L S+ D (S\|D)* D S* E | `caustic-indirect` | light, photons |
+//! | [`Emitted`] | L S* E | `emitted` | paths from the camera alone |
+//! | [`Direct`] | L X S* E | `direct` | paths, by sampling emitters |
+//! | [`Caustic`] | L (S\|G)+ D E, L S+ G E | `caustic` | light that is connected to the camera |
+//! | [`SeenCaustic`] | the same before S+ E | `caustic-sds` | photons that are looked up |
+//! | [`Indirect`] | all others of L X A* X S* E | `indirect` | paths, by sampling emitters |
+//! | [`IndirectCaustic`] | all others of L S+ X A* X S* E | `caustic-indirect` | light, photons |
 //!
+//! [`Emitted`]: PathClass::Emitted
+//! [`Direct`]: PathClass::Direct
+//! [`Caustic`]: PathClass::Caustic
+//! [`SeenCaustic`]: PathClass::SeenCaustic
+//! [`Indirect`]: PathClass::Indirect
 //! [`IndirectCaustic`]: PathClass::IndirectCaustic
 //!
-//! A path from the camera finds light that begins with L S+ D only by running into an emitter of some size by
+//! A path from the camera finds light that begins with L S+ X only by running into an emitter of some size by
 //! chance. It never does if all emitters are points or directions. So camera paths leave such classes to
-//! light paths ([`PathClasses::CAUSTICS`]), and each path counts once.
+//! light paths ([`PathClasses::CAUSTICS`]), and each path counts once. Light of a rough interface on a matt
+//! surface goes with them: camera paths find it, but the smoother the interface, the less often. What is seen
+//! of it on a rough interface itself is theirs: few photons go from there to the camera.
 
 use std::fmt;
 
@@ -38,16 +46,16 @@ use std::fmt;
 pub enum PathClass {
     /// L S* E: an emitter, seen directly or by way of mirrors and glass.
     Emitted,
-    /// L D S* E: direct light.
+    /// L X S* E: direct light.
     Direct,
-    /// L S+ D E: a caustic, seen directly.
+    /// L (S|G)+ D E or L S+ G E: a caustic, seen directly.
     Caustic,
-    /// L S+ D S+ E: a caustic, seen by way of mirrors or glass.
+    /// The same before S+ E: a caustic, seen by way of mirrors or glass.
     #[serde(rename = "caustic-sds")]
     SeenCaustic,
-    /// L D (S|D)* D S* E: direct light that is scattered on.
+    /// Other paths that begin with L X: direct light that is scattered on.
     Indirect,
-    /// L S+ D (S|D)* D S* E: a caustic's light that is scattered on.
+    /// Other paths that begin with L S+ X: a caustic's light that is scattered on.
     #[serde(rename = "caustic-indirect")]
     IndirectCaustic,
 }
@@ -104,7 +112,8 @@ impl PathClasses {
     pub const NONE: Self = Self(0);
     /// Every path.
     pub const ALL: Self = Self(0b11_1111);
-    /// Paths whose light meets mirrors or glass before anything else that scatters it: L S+ D ... E.
+    /// Paths whose light meets mirrors or glass before anything else that scatters it, L S+ X ... E, and
+    /// those that rough interfaces bring to matt surfaces.
     pub const CAUSTICS: Self = Self::NONE
         .with(PathClass::Caustic)
         .with(PathClass::SeenCaustic)
@@ -136,66 +145,104 @@ impl PathClasses {
     }
 }
 
+/// The event of a path at a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathEvent {
+    /// S: one of finitely many directions.
+    Specular,
+    /// G: a rough interface.
+    Glossy,
+    /// D: anything else.
+    Scattered,
+}
+
+/// The events on one side of one that has a density.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Others {
+    any: bool,
+    /// True if there is a G or a D among them.
+    dense: bool,
+    /// True if there is a D among them.
+    scattered: bool,
+}
+
+impl Others {
+    fn with(self, event: PathEvent) -> Self {
+        Self {
+            any: true,
+            dense: self.dense || event != PathEvent::Specular,
+            scattered: self.scattered || event == PathEvent::Scattered,
+        }
+    }
+}
+
 /// Events of a path so far, from one of its ends: enough to tell its class at the other end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PathEvents {
-    /// True if there was an S before the first D.
+    /// True if there was an S before the first D or G.
     first_specular: bool,
-    /// Number of D; 2 stands for more.
-    scattered: u8,
-    /// True if there was an S since the last D, or ever.
+    /// True if there was an S since the last D or G, or ever.
     last_specular: bool,
+    /// The first event that is no S, and those after it.
+    first: Option<(PathEvent, Others)>,
+    /// The last event that is no S, and those before it.
+    last: Option<(PathEvent, Others)>,
+    all: Others,
 }
 
 impl PathEvents {
-    /// The events with one more: S if `is_delta`, else D. Passing is no event, and is not to be reported.
+    /// The events with one more. Passing is no event, and is not to be reported.
     #[inline]
     #[must_use]
-    pub fn then(self, is_delta: bool) -> Self {
-        if is_delta {
-            Self {
-                first_specular: self.first_specular || self.scattered == 0,
-                last_specular: true,
-                ..self
-            }
-        } else {
-            Self {
-                scattered: (self.scattered + 1).min(2),
-                last_specular: false,
-                ..self
-            }
+    pub fn then(self, event: PathEvent) -> Self {
+        let is_specular = event == PathEvent::Specular;
+        Self {
+            first_specular: self.first_specular || is_specular && self.first.is_none(),
+            last_specular: is_specular,
+            first: match self.first {
+                Some((first, after)) => Some((first, after.with(event))),
+                None => (!is_specular).then(|| (event, Others::default())),
+            },
+            last: if is_specular {
+                self.last
+            } else {
+                Some((event, self.all))
+            },
+            all: self.all.with(event),
         }
     }
 
     /// The class of a path that started at the camera and now meets an emitter.
     #[inline]
     pub fn class_at_emitter(self) -> PathClass {
-        class(self.scattered, self.last_specular, self.first_specular)
+        class(self.first, self.last_specular, self.first_specular)
     }
 
     /// The class of a path that started at an emitter and now meets the camera.
     #[inline]
     pub fn class_at_camera(self) -> PathClass {
-        class(self.scattered, self.first_specular, self.last_specular)
-    }
-
-    /// True if light has met a D, the only surface that can be connected to.
-    pub fn is_scattered(self) -> bool {
-        self.scattered > 0
+        class(self.last, self.first_specular, self.last_specular)
     }
 }
 
-/// The class, by the number of D and the presence of an S between the light (or the camera) and the D next to
-/// it.
+/// The class, by the D or G next to the camera with the events between it and the light, and by the presence
+/// of an S at either end.
 #[inline]
-fn class(scattered: u8, at_light: bool, at_camera: bool) -> PathClass {
-    match (scattered, at_light, at_camera) {
-        (0, ..) => PathClass::Emitted,
-        (1, false, _) => PathClass::Direct,
-        (1, true, false) => PathClass::Caustic,
-        (1, true, true) => PathClass::SeenCaustic,
-        (_, false, _) => PathClass::Indirect,
-        (_, true, _) => PathClass::IndirectCaustic,
+fn class(seen: Option<(PathEvent, Others)>, at_light: bool, at_camera: bool) -> PathClass {
+    let Some((seen, before)) = seen else {
+        return PathClass::Emitted;
+    };
+    let is_chain = if seen == PathEvent::Glossy {
+        !before.dense
+    } else {
+        !before.scattered
+    };
+    match (before.any, is_chain) {
+        (false, _) => PathClass::Direct,
+        (true, true) if at_camera => PathClass::SeenCaustic,
+        (true, true) => PathClass::Caustic,
+        (true, false) if at_light => PathClass::IndirectCaustic,
+        (true, false) => PathClass::Indirect,
     }
 }
 
@@ -203,57 +250,73 @@ fn class(scattered: u8, at_light: bool, at_camera: bool) -> PathClass {
 mod tests {
     use super::*;
 
-    /// All words of S and D up to `length` letters, from light to camera.
-    fn words(length: u32) -> impl Iterator<Item = Vec<bool>> {
+    const LETTERS: [(char, PathEvent); 3] = [
+        ('S', PathEvent::Specular),
+        ('G', PathEvent::Glossy),
+        ('D', PathEvent::Scattered),
+    ];
+
+    /// All words of S, G and D up to `length` letters, from light to camera.
+    fn words(length: u32) -> impl Iterator<Item = String> {
         (0..=length).flat_map(|length| {
-            (0..1u32 << length).map(move |bits| (0..length).map(|i| bits >> i & 1 == 1).collect())
+            let letter = move |word: usize, i: u32| LETTERS[word / 3_usize.pow(i) % 3].0;
+            (0..3_usize.pow(length)).map(move |word| (0..length).map(|i| letter(word, i)).collect())
         })
     }
 
-    /// The class by the table's regular expressions, letter by letter.
-    fn by_the_table(word: &[bool]) -> PathClass {
-        let text: String = word
-            .iter()
-            .map(|&delta| if delta { 'S' } else { 'D' })
-            .collect();
-        let Some(first) = text.find('D') else {
+    fn event(letter: char) -> PathEvent {
+        let found = LETTERS.iter().find(|(own, _)| *own == letter);
+        found.unwrap().1
+    }
+
+    /// The class by the table's expressions, letter by letter.
+    fn by_the_table(word: &str) -> PathClass {
+        let seen = word.trim_end_matches('S');
+        let is_seen_by_specular = seen.len() < word.len();
+        let Some(on) = seen.chars().last() else {
             return PathClass::Emitted;
         };
-        let caustic = first > 0;
-        let after = &text[first + 1..];
-        match (caustic, after) {
-            (true, "") => PathClass::Caustic,
-            (true, rest) if !rest.contains('D') => PathClass::SeenCaustic,
-            (true, _) => PathClass::IndirectCaustic,
-            (false, rest) if !rest.contains('D') => PathClass::Direct,
-            (false, _) => PathClass::Indirect,
+        let before = &seen[..seen.len() - 1];
+        let chain: &[char] = if on == 'G' { &['S'] } else { &['S', 'G'] };
+        let is_chain = before.chars().all(|letter| chain.contains(&letter));
+        match (before, is_chain, is_seen_by_specular) {
+            ("", ..) => PathClass::Direct,
+            (_, true, false) => PathClass::Caustic,
+            (_, true, true) => PathClass::SeenCaustic,
+            _ if word.starts_with('S') => PathClass::IndirectCaustic,
+            _ => PathClass::Indirect,
         }
     }
 
     #[test]
     fn a_path_has_the_tables_class_from_either_end() {
         let mut seen = PathClasses::NONE;
-        for word in words(8) {
+        let from = |letters: &mut dyn Iterator<Item = char>| {
+            letters.fold(PathEvents::default(), |events, letter| {
+                events.then(event(letter))
+            })
+        };
+        for word in words(7) {
             let expected = by_the_table(&word);
-            let from_light = word
-                .iter()
-                .fold(PathEvents::default(), |events, &delta| events.then(delta));
-            let from_camera = word
-                .iter()
-                .rev()
-                .fold(PathEvents::default(), |events, &delta| events.then(delta));
-            assert_eq!(from_light.class_at_camera(), expected, "{word:?}");
-            assert_eq!(from_camera.class_at_emitter(), expected, "{word:?}");
+            assert_eq!(
+                from(&mut word.chars()).class_at_camera(),
+                expected,
+                "{word}"
+            );
+            assert_eq!(
+                from(&mut word.chars().rev()).class_at_emitter(),
+                expected,
+                "{word}"
+            );
             seen = seen.with(expected);
         }
         assert_eq!(seen, PathClasses::ALL);
     }
 
     #[test]
-    fn caustics_are_the_paths_whose_light_meets_specular_surfaces_before_a_matt_one() {
-        for word in words(6) {
-            let first = word.iter().position(|&delta| !delta);
-            let is_caustic = first.is_some_and(|first| first > 0);
+    fn without_rough_interfaces_caustics_meet_specular_surfaces_before_a_matt_one() {
+        for word in words(6).filter(|word| !word.contains('G')) {
+            let is_caustic = word.starts_with('S') && word.contains('D');
             assert_eq!(
                 PathClasses::CAUSTICS.contains(by_the_table(&word)),
                 is_caustic

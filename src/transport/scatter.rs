@@ -92,6 +92,8 @@ pub struct Interaction<'a> {
     eta: f64,
     /// Shares by [`Way`].
     shares: [f64; 3],
+    /// The share that meets a rough interface; no way leads on from it.
+    rough: f64,
 }
 
 impl<'a> Interaction<'a> {
@@ -113,6 +115,7 @@ impl<'a> Interaction<'a> {
             normal: DVec3::ZERO,
             eta: 1.0,
             shares: [0.0; 3],
+            rough: 0.0,
         };
         match material {
             // The commonest end of a chain.
@@ -157,7 +160,11 @@ impl<'a> Interaction<'a> {
                 _ => break,
             }
         }
-        let coated = both_sides && matches!(material, Material::Conductor { .. });
+        let coated = both_sides
+            && matches!(
+                material,
+                Material::Conductor { .. } | Material::RoughConductor { .. }
+            );
         self.share(material, front || coated, weight);
         self.shares[Way::Passed as usize] += passed;
     }
@@ -204,10 +211,11 @@ impl<'a> Interaction<'a> {
                     self.share_by(thin_slab_reflectance(self.cos_incident(), eta), weight);
                 }
             }
-            // Rough interfaces, and those whose normals a texture turns, end chains.
+            // They have no ways, but a direction may be drawn.
+            Material::RoughDielectric { .. } => self.rough = weight,
+            Material::RoughConductor { .. } => self.rough = if front { weight } else { 0.0 },
+            // Interfaces whose normals a texture turns end chains.
             Material::Diffuse { .. }
-            | Material::RoughDielectric { .. }
-            | Material::RoughConductor { .. }
             | Material::Plastic(_)
             | Material::RoughPlastic { .. }
             | Material::Turned { .. }
@@ -246,10 +254,17 @@ impl<'a> Interaction<'a> {
         self.shares[way as usize]
     }
 
-    /// True if no light goes on.
+    /// True if no light goes on along any way.
     #[inline]
     pub fn is_end(&self) -> bool {
         self.shares == [0.0; 3]
+    }
+
+    /// The share (0..=1) of the arriving flux that meets a rough interface: see
+    /// [`glossy`](super::glossy).
+    #[inline]
+    pub fn rough_share(&self) -> f64 {
+        self.rough
     }
 
     /// The way into whose share `choice`, uniform in [0, 1), falls; `None` for absorption.

@@ -358,6 +358,7 @@ fn what_is_reflected_and_what_is_transmitted_is_all_to_8_u() {
             max_depth: 1,
             split_depth: 1,
             shading_normals: ShadingNormals::Flux,
+            follows_rough: true,
         };
         let mut tracer = ChainTracer::<1>::new(&scene, settings);
         for (cos, _) in grazing().into_iter().chain(ordinary()).chain(critical()) {

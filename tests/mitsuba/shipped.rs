@@ -212,7 +212,8 @@ fn light_from_emitters_makes_the_image_of_mitsubas_ptracer() {
 /// Mitsuba's meter is blind to lamps without size, and its `ptracer` to meters. A camera that looks at a matt
 /// floor sees its irradiance: E = π L / ρ.
 ///
-/// p-values are not judged: in the ball's shadow a texel has a few of Mitsuba's photons, and no normal error.
+/// p-values of smooth glass are not judged: in the ball's shadow a texel has a few of Mitsuba's photons, and no
+/// normal error.
 #[test]
 fn an_irradiancemeters_map_is_what_mitsubas_camera_sees_of_the_floor() {
     const ALBEDO: f64 = 0.8;
@@ -230,8 +231,11 @@ fn an_irradiancemeters_map_is_what_mitsubas_camera_sees_of_the_floor() {
         let ours = one_scattering(&scene, meter, ShadingNormals::Adjoint);
         outcomes.push(outcome(&name, &ours, &mitsuba, meter.film.filter.radius()));
     }
-    assert_eq!(outcomes.len(), 2);
+    assert_eq!(outcomes.len(), 5);
     assert_equivalent(&outcomes);
+    // Rough glass and metal spread light, so that texels have enough of it.
+    outcomes.retain(|it| it.name.starts_with("rough-"));
+    assert_no_structure(&outcomes);
 }
 
 #[test]

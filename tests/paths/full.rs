@@ -26,6 +26,13 @@ const BALL: &str = "<shape type=\"sphere\" id=\"ball\"><point name=\"center\" va
     <float name=\"radius\" value=\"0.5\"/><bsdf type=\"dielectric\"/></shape>";
 const MIRROR: &str = "<shape type=\"sphere\"><point name=\"center\" value=\"0.6, 0.3, -0.5\"/>\
     <float name=\"radius\" value=\"0.4\"/><bsdf type=\"conductor\"/></shape>";
+/// Rough glass, and rough metal.
+const FROSTED: &str = "<shape type=\"sphere\"><point name=\"center\" value=\"-0.5, 0, -0.4\"/>\
+    <float name=\"radius\" value=\"0.5\"/><bsdf type=\"roughdielectric\"><float name=\"alpha\" value=\"0.2\"/>\
+    </bsdf></shape>";
+const BRUSHED: &str = "<shape type=\"sphere\"><point name=\"center\" value=\"0.6, 0.3, -0.5\"/>\
+    <float name=\"radius\" value=\"0.4\"/><bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.3\"/>\
+    </bsdf></shape>";
 const LAMP: &str = "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"1.5\"/>\
     <rotate x=\"1\" angle=\"180\"/><translate z=\"2\"/></transform><emitter type=\"area\">\
     <rgb name=\"radiance\" value=\"2, 3, 4\"/></emitter></shape>";
@@ -326,6 +333,42 @@ fn caustics_on_surfaces_that_light_cannot_be_connected_from_are_found_by_photon_
         [Finder::PhotonMap, Finder::PhotonMap, Finder::Path]
     );
     let truth = image(&scene, PathSettings::default(), 4096);
+    for one in [PathClass::Caustic, PathClass::SeenCaustic] {
+        let [a, b] = [&found, &truth].map(|image| class(image, one).unwrap());
+        assert_mapped(a, &report, b);
+    }
+}
+
+#[test]
+fn light_of_rough_interfaces_is_measured_once() {
+    // Where nothing is smooth, photons are connected; what is seen of rough glass on rough metal, and behind
+    // the glass, is for paths.
+    let scene = room(&film(16, 12, BOX), FLOOR, &[FROSTED, BRUSHED, LAMP]);
+    let (found, report) = full(&scene, FullSettings::default(), &budget(2048, 1 << 22));
+    let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
+    assert_eq!(methods, [Finder::Photons, Finder::Path]);
+    assert!(report.notices.is_empty(), "{:?}", report.notices);
+    let settings = PathSettings {
+        seed: 1,
+        ..PathSettings::default()
+    };
+    let truth = image(&scene, settings, 1 << 13);
+    let layer = |image, of| class(image, of).unwrap();
+    for one in [PathClass::Direct, PathClass::Indirect, PathClass::Caustic] {
+        let (of_one, of_all) = (mean(layer(&truth, one), 0).0, mean(&truth.total, 0).0);
+        println!("{one}: {:.4} of the light", of_one / of_all);
+        assert_same(one.name(), layer(&found, one), layer(&truth, one));
+    }
+    assert_same("total", &found.total, &truth.total);
+    // Beside smooth interfaces there are maps: what these throw on rough ones is seen there.
+    let scene = room(&film(16, 12, BOX), FLOOR, &[FROSTED, MIRROR, LAMP]);
+    let (found, report) = full(&scene, with_small_maps(), &budget(64, 1 << 22));
+    let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
+    assert_eq!(
+        methods,
+        [Finder::PhotonMap, Finder::PhotonMap, Finder::Path]
+    );
+    let truth = image(&scene, PathSettings::default(), 1 << 12);
     for one in [PathClass::Caustic, PathClass::SeenCaustic] {
         let [a, b] = [&found, &truth].map(|image| class(image, one).unwrap());
         assert_mapped(a, &report, b);

@@ -48,6 +48,7 @@ fn the_ledger_closes_on_every_scene_with_every_setting() {
                     max_depth,
                     split_depth,
                     shading_normals,
+                    follows_rough: true,
                 },
                 ..PhotonSettings::default()
             };

@@ -17,6 +17,7 @@ mod light_tracing;
 mod photon_map;
 mod random;
 mod receiver_meshes;
+mod rough;
 mod statistics;
 
 #[path = "../support/mod.rs"]

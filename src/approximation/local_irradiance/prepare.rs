@@ -144,6 +144,7 @@ impl Lit<'_> {
                 max_depth: settings.max_depth,
                 split_depth: SPLIT_DEPTH,
                 shading_normals: ShadingNormals::Flux,
+                follows_rough: false,
             },
             stream,
             total: photons.end - photons.start,

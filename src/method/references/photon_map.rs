@@ -139,7 +139,7 @@ impl Reference for PhotonMap {
     fn run(&self, job: &Job) -> Result<Rendering, Error> {
         let settings = settings(job.values);
         let setup = Setup::new(job.scene, job.sensor, settings, &job.context.progress)?;
-        let mut warnings = warnings::of_chains(job.scene, setup.light().is_empty());
+        let mut warnings = warnings::of_photons(job.scene, setup.light().is_empty());
         let (estimate, report) = setup.run(job.budget)?;
         if report.passes == 0 {
             warnings.push(warnings::ended_before("pass", "caustic"));

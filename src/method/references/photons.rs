@@ -41,6 +41,7 @@ pub(crate) fn settings(values: &Values, default: PhotonSettings) -> PhotonSettin
             shading_normals: values
                 .word("shading-normals")
                 .unwrap_or(chains.shading_normals),
+            follows_rough: chains.follows_rough,
         },
         max_layers: values.whole("layers").unwrap_or(default.max_layers),
         direct_samples: values
@@ -114,7 +115,7 @@ impl Reference for Photons {
         let settings = settings(job.values, PhotonSettings::default());
         let setup = Setup::new(job.scene, job.sensor, settings, &job.context.progress)?;
         let is_dark = setup.light().is_empty();
-        let mut warnings = warnings::of_chains(job.scene, is_dark);
+        let mut warnings = warnings::of_photons(job.scene, is_dark);
         let mut estimate = setup.run(job.budget)?;
         if estimate.paths == 0 && !is_dark {
             estimate.incomplete = true;

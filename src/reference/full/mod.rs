@@ -3,9 +3,13 @@
 //! | class | paths | by |
 //! |---|---|---|
 //! | `emitted`, `direct`, `indirect` | L S\* E, L D S\* E, L D … D S\* E | [paths](super::path) |
-//! | `caustic` | L S+ D E | [beams](super::beams), or [photons](super::photons) to the camera |
-//! | `caustic-sds` | L S+ D S+ E | [photon maps](super::photon_map) |
+//! | `caustic` | L (S\|G)+ D E | [beams](super::beams), or [photons](super::photons) to the camera |
+//! | `caustic-sds` | L (S\|G)+ D S+ E | [photon maps](super::photon_map) |
 //! | `caustic-indirect` | L S+ D … D S\* E | paths, where lights have some size |
+//!
+//! S is smooth, G a rough interface. Beams follow no G: where there is any, photons take their place, or maps
+//! where light of smooth interfaces may be seen on rough ones. What of a G's light is seen on another G is
+//! for paths.
 //!
 //! Beams fill plain pixels of diffuse surfaces with one colour. On films with other filters and on textures
 //! photons take their place, through a lens photon maps. Photons are spread by the film's filter, and maps

@@ -5,7 +5,7 @@ use crate::reference::path::PathSettings;
 use crate::scene::{Emitter, Material, MaterialId, Object, Scene, Sensor};
 use crate::transport::bsdf::check_colors;
 use crate::transport::camera::{Camera, CameraError};
-use crate::transport::chain_limits::left_out_of_image;
+use crate::transport::chain_limits::{first_rough, left_out_of_image, unseen_but_rough};
 use crate::transport::domain::LightSpace;
 use crate::transport::path_class::{PathClass, PathClasses};
 
@@ -60,14 +60,16 @@ impl Plan {
             finders: [Finder::Path; PathClass::ALL.len()],
             notices: Vec::new(),
         };
-        let mirrors = |object: &Object| {
+        let is_delta = |object: &Object| {
             let material = scene.material(object.material);
             material.is_specular(scene.materials()) || is_unfollowed(scene, object.material)
         };
+        let has_delta_events = scene.objects().iter().any(is_delta);
+        let has_caustics = has_delta_events || first_rough(scene).is_some();
         // Light that shines on a surface and is scattered to the camera has two legs: a mirror before makes
         // three.
         let is_too_short = path.max_depth.is_some_and(|legs| legs < 3);
-        if is_too_short || !scene.objects().iter().any(mirrors) {
+        if is_too_short || !has_caustics {
             return Ok(plan);
         }
         let reason = Self::why_paths(scene, path);
@@ -89,8 +91,10 @@ impl Plan {
             plan.notices
                 .push(format!("{unfollowed}: caustics by way of it are left out"));
         }
-        plan.finders[PathClass::SeenCaustic.index()] = Finder::PhotonMap;
-        let (finder, reason) = Self::of_caustic(scene, sensor);
+        if has_delta_events {
+            plan.finders[PathClass::SeenCaustic.index()] = Finder::PhotonMap;
+        }
+        let (finder, reason) = Self::of_caustic(scene, sensor, has_delta_events);
         plan.finders[PathClass::Caustic.index()] = finder;
         if let Some(reason) = reason {
             plan.notices.push(format!(
@@ -99,14 +103,14 @@ impl Plan {
                 finder.name()
             ));
         }
-        if has_delta && path.max_depth.is_none_or(|legs| legs > 3) {
+        if has_delta && has_delta_events && path.max_depth.is_none_or(|legs| legs > 3) {
             plan.notices.push(format!(
                 "{} (a caustic's light that matt surfaces scatter on) of lights that are a point or a direction \
                  is left out: paths from a camera never find it",
                 PathClass::IndirectCaustic
             ));
         }
-        if path.max_depth.is_some() {
+        if has_delta_events && path.max_depth.is_some() {
             plan.notices.push(format!(
                 "max_depth bounds the mirrors and glass of {} on either side of the surface that scatters, not \
                  their sum",
@@ -117,8 +121,19 @@ impl Plan {
     }
 
     /// The method for caustics that are seen directly; if the camera keeps a better one away, the reason.
-    fn of_caustic(scene: &Scene, sensor: &Sensor) -> (Finder, Option<String>) {
-        let is_connectable = left_out_of_image(scene).is_empty();
+    ///
+    /// On rough interfaces light of smooth ones is seen. Without these nothing but rough interfaces matters
+    /// little: light on them is for paths.
+    fn of_caustic(
+        scene: &Scene,
+        sensor: &Sensor,
+        has_delta_events: bool,
+    ) -> (Finder, Option<String>) {
+        let is_connectable = if has_delta_events {
+            left_out_of_image(scene).is_empty()
+        } else {
+            unseen_but_rough(scene).is_empty()
+        };
         if !is_connectable {
             // Maps are looked up on any surface that scatters.
             return (Finder::PhotonMap, None);
@@ -127,7 +142,7 @@ impl Plan {
             // Maps are looked up through any lens.
             return (Finder::PhotonMap, Some(error.to_string()));
         }
-        if beams::supports(scene).is_err() {
+        if beams::supports(scene).is_err() || first_rough(scene).is_some() {
             return (Finder::Photons, None);
         }
         match Camera::new(scene, sensor) {

@@ -65,6 +65,8 @@ impl FullSettings {
                 photons.chains.max_depth = depth.min(MAX_EVENTS as u32);
             }
         }
+        // Paths measure what is seen of it.
+        self.photon_map.gloss_on_rough = false;
         self.beams = BeamSettings {
             max_depth: self.photons.chains.max_depth,
             shading_normals: ShadingNormals::Adjoint,

@@ -10,7 +10,7 @@ use crate::scene::{Emitter, Scene};
 use crate::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport};
 use crate::transport::camera::PixelRay;
 use crate::transport::lights::Lights;
-use crate::transport::path_class::{PathClass, PathEvents};
+use crate::transport::path_class::{PathClass, PathEvent, PathEvents};
 use crate::transport::visibility::transmittance;
 
 /// Radiance [W/m²/sr] by class of path, in the order of [`PathClass::ALL`].
@@ -181,7 +181,7 @@ impl<'a> Tracer<'a> {
                 true
             }
             Some(sample) if !is_last => {
-                path.scatter(&point, &sample);
+                path.scatter(&point, &sample, event(&bsdf, wi, sample.is_delta));
                 self.survives(path, roulette)
             }
             _ => false,
@@ -224,7 +224,9 @@ impl<'a> Tracer<'a> {
 
     /// Counts the light of an emitter that is chosen and tested for visibility (next-event estimation).
     fn sample_emitter(&mut self, path: &mut Path, point: &SurfacePoint, bsdf: &Bsdf, u: [f64; 3]) {
-        let class = path.events.then(false).class_at_emitter();
+        let wi = -path.ray.direction;
+        let event = event(bsdf, wi, false);
+        let class = path.events.then(event).class_at_emitter();
         let way = self.settings.light_sampling;
         if bsdf.is_delta() || !way.samples_emitters() || !self.settings.classes.contains(class) {
             return;
@@ -232,7 +234,6 @@ impl<'a> Tracer<'a> {
         let Some(light) = self.lights.sample(point, u) else {
             return;
         };
-        let wi = -path.ray.direction;
         let mut value = bsdf.eval(wi, light.direction, Transport::Radiance);
         if !light.is_delta {
             let of_surface = bsdf.pdf_solid_angle(wi, light.direction);
@@ -269,6 +270,18 @@ impl<'a> Tracer<'a> {
     }
 }
 
+/// The event of a path from `wi`.
+#[inline]
+fn event(bsdf: &Bsdf, wi: DVec3, is_delta: bool) -> PathEvent {
+    if is_delta {
+        PathEvent::Specular
+    } else if bsdf.is_glossy(wi) {
+        PathEvent::Glossy
+    } else {
+        PathEvent::Scattered
+    }
+}
+
 impl Path {
     /// Sends the path on, behind a surface that it passes.
     fn pass(&mut self, point: &SurfacePoint, distance: f64) {
@@ -277,13 +290,13 @@ impl Path {
     }
 
     /// Sends the path on, along a direction to which a surface scatters.
-    fn scatter(&mut self, point: &SurfacePoint, sample: &BsdfSample) {
+    fn scatter(&mut self, point: &SurfacePoint, sample: &BsdfSample, event: PathEvent) {
         // A pane does not turn light aside.
         let goes_straight =
             sample.is_delta && sample.scattering == Scattering::Transmitted && sample.eta == 1.0;
         self.is_straight &= goes_straight;
         self.last = (!sample.is_delta).then_some((point.position, sample.pdf_solid_angle));
-        self.events = self.events.then(sample.is_delta);
+        self.events = self.events.then(event);
         self.throughput = self.throughput * sample.weight;
         self.eta *= sample.eta;
         self.legs += 1;

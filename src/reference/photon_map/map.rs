@@ -11,6 +11,7 @@ use crate::run::Error;
 use crate::scene::{Material, MaterialId, Scene};
 use crate::transport::chain::Arrival;
 use crate::transport::flux::Flux;
+use crate::transport::glossy;
 use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
 
@@ -36,6 +37,8 @@ pub const PHOTON_BYTES: u64 =
 pub struct Catch<'a> {
     /// For each shape, true if it scatters: see [`scattering_shapes`].
     pub scatters: &'a [bool],
+    /// The scene if light of rough interfaces does not count on others.
+    pub without: Option<&'a Scene>,
     /// Layers of signatures.
     pub map: &'a LayerMap,
     /// Places of the photons.
@@ -51,7 +54,11 @@ impl Recipient<3> for Catch<'_> {
     fn arrived(&mut self, arrival: &Arrival<3>, _counters: &mut TraversalCounters) -> Fate {
         let shape = arrival.hit.shape;
         // Direct light is no caustic; photons find only the part of it that passes the borders of glass.
-        if self.scatters[shape as usize] && !arrival.signature.is_empty() {
+        let is_left_out = |scene| glossy::is_met(scene, arrival.hit, arrival.point, arrival.ray);
+        if self.scatters[shape as usize]
+            && !arrival.signature.is_empty()
+            && !(arrival.signature.is_glossy() && self.without.is_some_and(is_left_out))
+        {
             self.positions.push(arrival.point.position.to_array());
             self.photons.push(Photon {
                 direction: arrival.ray.direction,

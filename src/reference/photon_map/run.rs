@@ -70,6 +70,7 @@ impl Setup<'_> {
                 let job = self.job(photons, &stop);
                 let caught = job.trace(self.settings.map_photons, || Catch {
                     scatters: &self.scatters,
+                    without: self.without(),
                     map: &self.map,
                     positions: Vec::new(),
                     photons: Vec::new(),

@@ -15,6 +15,9 @@ pub struct PhotonMapSettings {
     pub alpha: f64,
     /// Caustics that are measured.
     pub seen: Seen,
+    /// True if light of rough interfaces counts where it meets another one, too.
+    #[serde(skip)]
+    pub gloss_on_rough: bool,
 }
 
 /// The way in which the camera sees the diffuse surface that a caustic falls on.
@@ -57,6 +60,7 @@ impl Default for PhotonMapSettings {
             radius: 1.0,
             alpha: 2.0 / 3.0,
             seen: Seen::BySpecular,
+            gloss_on_rough: true,
         }
     }
 }

@@ -90,7 +90,7 @@ impl<'a> Setup<'a> {
         let normals = settings.photons.chains.shading_normals;
         let target = Target::new(scene, sensor, normals, |_, it| Camera::of_sensor(it))?;
         check_colors(scene)?;
-        let light = LightSpace::new(scene)?;
+        let light = LightSpace::aimed(scene, settings.photons.chains.follows_rough)?;
         check_flux(&light)?;
         let mut setup = Self {
             scene,
@@ -165,6 +165,11 @@ impl<'a> Setup<'a> {
         };
         let all: usize = (0..PLACES).map(touched).sum();
         all as f64 / (PLACES * PLACES) as f64
+    }
+
+    /// The scene if light of rough interfaces does not count on others.
+    pub(super) fn without(&self) -> Option<&Scene> {
+        (!self.settings.gloss_on_rough).then_some(self.scene)
     }
 
     /// Surfaces on which a photon is kept, in the mean, as the pilot found.

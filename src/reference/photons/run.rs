@@ -50,7 +50,7 @@ impl<'a> Setup<'a> {
         check(&settings)?;
         let normals = settings.chains.shading_normals;
         let target = Target::new(scene, sensor, normals, Camera::connectable)?;
-        let light = LightSpace::new(scene)?;
+        let light = LightSpace::aimed(scene, settings.chains.follows_rough)?;
         check_flux(&light)?;
         let mut setup = Self {
             scene,

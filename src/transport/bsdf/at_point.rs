@@ -33,6 +33,16 @@ impl<'a> Bsdf<'a> {
         self.front.lobe.is_delta() && self.back.as_ref().is_none_or(|back| back.lobe.is_delta())
     }
 
+    /// True if a path from `wi` meets a rough interface, with the normal of the surface: photons go on there.
+    #[inline]
+    pub fn is_glossy(&self, wi: DVec3) -> bool {
+        let layer = match &self.back {
+            Some(back) if wi.dot(self.frame.n) < 0.0 => back,
+            _ => &self.front,
+        };
+        layer.turned.is_none() && layer.lobe.is_glossy()
+    }
+
     /// The share (0..=1) of light that goes straight on without an event: all of it at a null surface, one
     /// minus the opacity at a mask. The panes of `thindielectric` do not count: they are an interface.
     #[inline]

@@ -36,6 +36,12 @@ impl Lobe<'_> {
         )
     }
 
+    /// True of rough interfaces.
+    #[inline]
+    pub fn is_glossy(&self) -> bool {
+        matches!(self, Self::RoughDielectric(_) | Self::RoughConductor(_))
+    }
+
     /// f |cos θₒ| of all lobes but delta lobes.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         match self {

@@ -81,8 +81,18 @@ impl LightSpace {
     ///
     /// If the shape of an area light is not modelled, or chains cannot be followed in the scene.
     pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
+        Self::aimed(scene, false)
+    }
+
+    /// The part of the scene's light that may meet geometry from which chains go on: specular, and with
+    /// `follows_rough` also rough interfaces.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn aimed(scene: &Scene, follows_rough: bool) -> Result<Self, LightSpaceError> {
         chain_limits::check(scene)?;
-        let targets = Targets::new(scene);
+        let targets = Targets::new(scene, follows_rough);
         let mut charts = Vec::new();
         let mut emitters = Vec::new();
         for (index, emitter) in scene.emitters().iter().enumerate() {
@@ -215,10 +225,10 @@ impl LightSpace {
     }
 }
 
-/// The specular geometry.
+/// The geometry from which chains go on.
 struct Targets<'a> {
     scene: &'a Scene,
-    /// For each shape, true if it is specular and found by its boxes.
+    /// For each shape, true if chains go on from it and it is found by its boxes.
     specular: Vec<bool>,
     balls: Vec<(DVec3, f64)>,
     any_others: bool,
@@ -226,7 +236,7 @@ struct Targets<'a> {
 }
 
 impl<'a> Targets<'a> {
-    fn new(scene: &'a Scene) -> Self {
+    fn new(scene: &'a Scene, follows_rough: bool) -> Self {
         let mut targets = Self {
             scene,
             specular: Vec::new(),
@@ -235,9 +245,9 @@ impl<'a> Targets<'a> {
             bounds: Bounds::EMPTY,
         };
         for (index, shape) in scene.world().shapes().iter().enumerate() {
-            let specular = scene
-                .material_of(index as u32)
-                .is_specular(scene.materials());
+            let material = scene.material_of(index as u32);
+            let specular = material.is_specular(scene.materials())
+                || follows_rough && material.is_glossy(scene.materials());
             let mut in_tree = false;
             if specular {
                 targets.bounds = targets.bounds.union(shape.bounds());

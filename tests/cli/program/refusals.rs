@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::folder::{Folder, nephroid, scene, text};
 
 #[test]
-fn light_by_way_of_rough_glass_is_left_out_with_a_warning_and_a_varying_mask_is_refused() {
+fn beams_leave_light_of_rough_glass_out_with_a_warning_and_a_varying_mask_is_refused() {
     let folder = Folder::new();
     let scene = |floor: &str| {
         format!(
@@ -24,11 +24,20 @@ fn light_by_way_of_rough_glass_is_left_out_with_a_warning_and_a_varying_mask_is_
         ]);
         let said = text(&output.stdout) + &text(&output.stderr);
         assert!(output.status.success(), "{said}");
-        assert!(
+        assert_eq!(
             said.contains("light by way of frosted (roughdielectric) is left out"),
+            method == "beams",
             "{said}"
         );
     }
+    // Without a method photons are taken, since they follow all of it.
+    let output = nephroid(&["render", &rough, "--error", "30%", "-o", &exr]);
+    let said = text(&output.stdout) + &text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(
+        said.contains("texels · photons") && !said.contains("left out"),
+        "{said}"
+    );
     let mask = "<bsdf type=\"mask\"><texture type=\"checkerboard\" name=\"opacity\"/><bsdf type=\"diffuse\"/></bsdf>";
     let masked = folder.write("masked.xml", &scene(mask));
     let output = nephroid(&["render", &masked, "--photons", "100", "-o", &exr]);

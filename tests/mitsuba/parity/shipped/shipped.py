@@ -8,7 +8,8 @@ Variant scalar_rgb. Four kinds of images, each with its standard error over seed
 - path-NAME.exr, NAME a scene of scenes/: what its camera sees, by `path`, 32 x 24 pixels;
 - ptracer-NAME.exr: the same by `ptracer`, 16 x 12 pixels;
 - the same of the scenes here, whose XML this script writes;
-- floor-NAME.exr: what a pinhole camera just over the receiver sees of it, by `ptracer`, 32 x 32 pixels, one for each texel.
+- floor-NAME.exr: what a pinhole camera just over the receiver sees of it, by `ptracer`, 32 x 32 pixels, one for each texel. It
+  sees nothing of rough glass or metal, which cannot be dimmed.
 
 For `ptracer` lamps are hidden, every diffuse reflectance is divided by DIMMING and the image multiplied by it: what is left is
 light that one matt surface scatters, L S* D E, and a part 1/DIMMING of what two scatter.
@@ -30,7 +31,7 @@ SIDE = 32
 DIMMING = 65536.0
 # Photons a seed. More where emitters shine all round and few photons meet anything.
 PHOTONS = 1 << 18
-MORE_PHOTONS = {"glass-ball": 8, "glass-ball-mesh": 8, "floor-glass-ball": 8, "mirror-ring": 4, "pebble": 4, "lamp-in-glass": 2, "floor-water": 4}
+MORE_PHOTONS = {"glass-ball": 8, "glass-ball-mesh": 8, "floor-glass-ball": 8, "mirror-ring": 4, "pebble": 4, "lamp-in-glass": 2, "floor-water": 4, "floor-rough-plate": 8}
 SAMPLES = 64
 # Light by way of the ball is found by chance; the lens leaves little light that paths find at all. One matt surface lights others in the box.
 MORE_SAMPLES = {"cornell-caustics": 256, "cornell-glass": 512, "lens": 256}
@@ -38,7 +39,8 @@ SHIPPED = ["coffee-cup", "cornell-caustics", "cornell-glass", "cube", "diamond",
            "parabolic-mirror", "pool", "prism", "turntable-ball", "turntable-bumpy", "turntable-cube", "turntable-prism", "turntable-ring",
            "turntable-terrain", "water"]
 # Of the pinhole: its place, and how far it sees on either side.
-FLOORS = {"glass-ball": ([0, 0, 0.3], 2.0), "water": ([0, 0, 0.3], 0.9)}
+FLOORS = {"glass-ball": ([0, 0, 0.3], 2.0), "water": ([0, 0, 0.3], 0.9),
+          "rough-ball": ([0, 0, 0.3], 1.0), "rough-pebble": ([0, 0, 0.3], 1.0), "rough-plate": ([0, 0, 0.3], 1.0)}
 
 
 def pebble_ply():
@@ -95,6 +97,34 @@ def own_scenes():
         yield name, f'<scene version="3.0.0">{by}{camera}{lamp}{floor}{thing}</scene>'
 
 
+def rough_scenes():
+    """A floor with a meter, and rough glass and metal over it: a ball, a mesh of smooth normals, and a brushed plate."""
+    film = scenes.film("$size", "$size")
+    meter = f'<sensor type="irradiancemeter" id="floor"><sampler type="independent"/>{film}</sensor>'
+    floor = scenes.shape("rectangle", scenes.bsdf("diffuse", scenes.rgb("reflectance", 0.8)), meter)
+
+    def spot(origin, target, angle):
+        return (f'<emitter type="spot">{scenes.rgb("intensity", 90, 60, 40)}{scenes.number("cutoff_angle", angle)}'
+                + scenes.to_world(f'<lookat origin="{origin}" target="{target}" up="0, 1, 0"/>') + "</emitter>")
+
+    def glass(alpha, distribution):
+        return scenes.bsdf("roughdielectric", scenes.number("int_ior", 1.5), scenes.number("alpha", alpha),
+                           scenes.string("distribution", distribution))
+
+    copper = scenes.bsdf("roughconductor", scenes.string("material", "Cu"), scenes.number("alpha_u", 0.08),
+                         scenes.number("alpha_v", 0.2), scenes.string("distribution", "beckmann"))
+    ball = scenes.shape("sphere", scenes.to_world('<scale value="0.5"/><translate x="0.1" z="1"/>'), glass(0.1, "ggx"))
+    pebble = scenes.shape("ply", scenes.string("filename", "pebble.ply"),
+                          scenes.to_world('<scale value="0.6"/><translate x="0.1" z="1"/>'), glass(0.25, "beckmann"))
+    plate = scenes.shape("rectangle", scenes.to_world('<scale x="0.5" y="0.4"/><rotate y="1" angle="98"/>'
+                                                      '<translate x="-1.15" z="0.9"/>'), copper)
+    for name, lamp, thing in [("rough-ball", spot("0.6, 0.2, 4", "0.1, 0, 1", 15), ball),
+                              ("rough-pebble", spot("0.6, 0.2, 4", "0.1, 0, 1", 16), pebble),
+                              ("rough-plate", spot("1.2, 0.2, 3", "-1.15, 0, 0.9", 14), plate)]:
+        default = '<default name="size" value="32"/>'
+        yield name, f'<scene version="3.0.0">{default}{lamp}{floor}{thing}</scene>'
+
+
 def pinhole(place, half_side):
     """A camera that looks down from a place over the floor z = 0: x to the right, y upwards."""
     view = mi.ScalarTransform4f().look_at(origin=place, target=[place[0], place[1], 0], up=[0, 1, 0])
@@ -149,13 +179,19 @@ def by_ptracer(name, image, file, sensor=None):
     save(image, file, DIMMING * mean, DIMMING * error, samples)
 
 
+def written(name, text):
+    file = FOLDER / f"{name}.xml"
+    file.write_text(scenes.pretty(name, text).replace("scenes.py", "shipped.py"))
+    return file
+
+
 def main():
     chosen = sys.argv[1:]
     (FOLDER / "pebble.ply").write_text(pebble_ply())
     own = {}
     for name, text in own_scenes():
-        own[name] = FOLDER / f"{name}.xml"
-        own[name].write_text(scenes.pretty(name, text).replace("scenes.py", "shipped.py"))
+        own[name] = written(name, text)
+    rough = {name: written(name, text) for name, text in rough_scenes()}
     for name in SHIPPED:
         if not chosen or f"path-{name}" in chosen:
             by_path(name)
@@ -164,7 +200,7 @@ def main():
             by_ptracer(name, f"ptracer-{name}", own.get(name, SCENES / f"{name}.xml"))
     for name, view in FLOORS.items():
         if not chosen or f"floor-{name}" in chosen:
-            by_ptracer(f"floor-{name}", f"floor-{name}", SCENES / f"{name}.xml", pinhole(*view))
+            by_ptracer(f"floor-{name}", f"floor-{name}", rough.get(name, SCENES / f"{name}.xml"), pinhole(*view))
 
 
 if __name__ == "__main__":
