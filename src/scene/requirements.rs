@@ -44,32 +44,8 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "no interface is rough",
         ),
         colour(scene),
-        item(
-            "area lights",
-            &scene
-                .emitters()
-                .iter()
-                .filter_map(|emitter| match emitter {
-                    Emitter::Area { shape, .. } => {
-                        Some(scene.objects()[shape.0 as usize].id.as_str())
-                    }
-                    _ => None,
-                })
-                .collect::<Vec<_>>(),
-            "shines from a surface: two more dimensions",
-            "no emitter is a surface",
-        ),
-        item(
-            "environments",
-            &scene
-                .emitters()
-                .iter()
-                .filter(|emitter| emitter.is_environment())
-                .map(Emitter::plugin)
-                .collect::<Vec<_>>(),
-            "shines from all round: for photons and paths",
-            "no light comes from all round",
-        ),
+        area_lights(scene),
+        environments(scene),
         item(
             "opaque surfaces",
             &opaque,
@@ -101,13 +77,13 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "no mirror absorbs",
         ),
         item(
-            "rough interfaces",
+            "turned normals",
             &names(scene, |object| {
                 let material = scene.material(object.material);
-                material.is_rough_interface(scene.materials())
+                material.is_turned_interface(scene.materials())
             }),
-            "mirrors or refracts with a blur: paths from a camera follow it, specular chains end there",
-            "what mirrors or refracts is smooth",
+            "mirrors or refracts by normals of a texture: paths from a camera follow it, chains end there",
+            "no texture turns the normals of what mirrors or refracts",
         ),
         item(
             "partial masks",
@@ -138,6 +114,33 @@ pub fn is_achromatic(scene: &Scene) -> bool {
                 .material(object.material)
                 .is_achromatic(scene.materials())
         })
+}
+
+fn area_lights(scene: &Scene) -> Requirement {
+    let shapes = scene.emitters().iter().filter_map(Emitter::shape);
+    let ids: Vec<&str> = shapes
+        .map(|shape| scene.objects()[shape.0 as usize].id.as_str())
+        .collect();
+    item(
+        "area lights",
+        &ids,
+        "shines from a surface: two more dimensions",
+        "no emitter is a surface",
+    )
+}
+
+fn environments(scene: &Scene) -> Requirement {
+    let emitters = scene.emitters().iter();
+    let plugins: Vec<&str> = emitters
+        .filter(|emitter| emitter.is_environment())
+        .map(Emitter::plugin)
+        .collect();
+    item(
+        "environments",
+        &plugins,
+        "shines from all round: for photons and paths",
+        "no light comes from all round",
+    )
 }
 
 fn colour(scene: &Scene) -> Requirement {

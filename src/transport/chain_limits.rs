@@ -83,8 +83,8 @@ pub fn check(scene: &Scene) -> Result<(), NotFollowed> {
     }
 }
 
-/// The same for methods whose light starts in as few dimensions as a point's, and changes with nothing but its
-/// falloff: no environments, no images.
+/// The same for methods whose light starts in as few dimensions as a point's, and changes with nothing but
+/// its falloff: no environments, no images.
 ///
 /// # Errors
 ///

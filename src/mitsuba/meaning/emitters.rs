@@ -154,17 +154,14 @@ fn spot(
         return Err(plugin.parameter_error(at, "beam_width", message));
     }
     let cutoff_angle = cutoff_degrees.to_radians();
-    let slide = match image(tree, plugin, "texture", textures, files)? {
-        Some(image) => {
-            let reach = DVec2::splat(math::tan(cutoff_angle));
-            Some(Slide::new(image, &to_world, -reach, reach))
-        }
-        None => {
-            let factor = spectra::read(tree, plugin, "texture", Role::Emission)?;
-            intensity = intensity * factor.map_or(Rgb::WHITE, |(factor, _)| factor);
-            None
-        }
-    };
+    let reach = DVec2::splat(math::tan(cutoff_angle));
+    let image = image(tree, plugin, "texture", textures, files)?;
+    if image.is_none()
+        && let Some((factor, _)) = spectra::read(tree, plugin, "texture", Role::Emission)?
+    {
+        intensity = intensity * factor;
+    }
+    let slide = image.map(|image| Slide::new(image, &to_world, -reach, reach));
     Ok(Emitter::Spot {
         to_world,
         intensity,
@@ -176,8 +173,8 @@ fn spot(
 
 /// A projector of the image `irradiance`, times `scale`. Its field of view is that of a camera.
 ///
-/// A white wall at unit distance across its axis has the image's values as radiance: its irradiance is π times
-/// these. The image's first column is on the side of +x, its first row on that of +y.
+/// A white wall at unit distance across its axis has the image's values as radiance: its irradiance is π
+/// times these. The image's first column is on the side of +x, its first row on that of +y.
 fn projector(
     tree: &Tree,
     plugin: &Plugin,

@@ -9,8 +9,9 @@ use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 
 impl DirectLight<'_> {
-    /// Average irradiance of an emitter with an image over a texel, with `each` samples in each replicate. The
-    /// image's texels have edges anywhere: points at fixed places would not tell how wrong they are.
+    /// Average irradiance of an emitter with an image over a texel, with `each` samples in each replicate.
+    ///
+    /// The image's texels have edges anywhere: points at fixed places would not tell how wrong they are.
     pub(super) fn image(
         &mut self,
         texel: usize,

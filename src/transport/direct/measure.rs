@@ -127,8 +127,8 @@ impl Direct {
         }
     }
 
-    /// The mean of samples of every texel, and of `samples` of them where it is hard to measure, or everywhere.
-    /// `measure` takes a texel, its stream and the samples of each replicate.
+    /// The mean of samples of every texel, and of `samples` of them where it is hard to measure, or
+    /// `everywhere`. `measure` takes a texel, its stream and the samples of each replicate.
     ///
     /// Anything small hides a part of the sky. If only texels whose first samples met it were measured anew,
     /// the others would be too bright on average.
