@@ -24,8 +24,8 @@ pub struct Slide {
 }
 
 impl Slide {
-    /// An image before the origin of a frame, of which only rotation and translation matter. It reaches from the
-    /// place of (u, v) = (0, 0) to that of (1, 1).
+    /// An image before the origin of a frame, of which only rotation and translation matter. It reaches
+    /// from the place of (u, v) = (0, 0) to that of (1, 1).
     pub fn new(image: BitmapTexture, to_world: &Transform, first: DVec2, last: DVec2) -> Self {
         Self {
             image,
@@ -65,8 +65,9 @@ impl Slide {
         self.at(DVec2::new(x, y) / z)
     }
 
-    /// The radiant intensity in a direction (a unit vector), as a factor on the irradiance [W/m²] that the image
-    /// gives the plane at unit distance: its value by cos³ θ. It is black beside the image and behind the point.
+    /// The radiant intensity in a direction (a unit vector), as a factor on the irradiance [W/m²] that the
+    /// image gives the plane at unit distance: its value by cos³ θ. It is black beside the image and behind
+    /// the point.
     #[inline]
     pub fn projected(&self, direction: DVec3) -> Rgb {
         let [x, y, z] = self.axes.map(|axis| axis.dot(direction));

@@ -11,10 +11,10 @@
 //! points lie a little outside of it. The tree goes down to `SHADOW_LEVELS` if these and the leaf do not all
 //! see the same share. A leaf that is still mixed there is booked as error.
 //!
-//! Area lights and environments are integrated over texel and light together by randomised quasi-Monte Carlo,
-//! and images that points shine through over the texel, with `AREA_SAMPLES` a texel. If more are asked for,
-//! texels around the edges of shadows and texels with large scatter are sampled anew, with that number. So are
-//! all texels below a sky, unless nothing is above the receiver.
+//! Area lights and environments are integrated over texel and light together by randomised quasi-Monte
+//! Carlo, and images that points shine through over the texel, with `AREA_SAMPLES` a texel. If more are
+//! asked for, texels around the edges of shadows and texels with large scatter are sampled anew, with that
+//! number. So are all texels below a sky, unless nothing is above the receiver.
 //!
 //! Averages are by surface area. A mesh may cover a texel in part, or have faces that stretch or lean
 //! differently within it. The parts concerned are cut into smaller ones, too (`EDGE_LEVELS` deep). The rest

@@ -99,8 +99,8 @@ pub enum LightChart {
         /// The image that it shines through, if any: a factor.
         slide: Option<Slide>,
     },
-    /// The light of a projector: coordinates are places on its image's plane ([`Slide`]), where flux by area is
-    /// the image's value times the irradiance.
+    /// The light of a projector: coordinates are places on its image's plane ([`Slide`]), where flux by
+    /// area is the image's value times the irradiance.
     Projector {
         /// The image, and the point behind it.
         slide: Slide,
@@ -240,8 +240,8 @@ impl LightChart {
 
     /// The flux of a patch \[W\], or an upper bound; zero only if there is none.
     ///
-    /// It is a bound for spots, images, and for patches across the rim of a flat emitter's hemisphere, of which it
-    /// counts the whole.
+    /// It is a bound for spots, images, and for patches across the rim of a flat emitter's hemisphere, of
+    /// which it counts the whole.
     pub fn flux_bound(&self, patch: &ChartPatch) -> Rgb {
         match *self {
             Self::Sky(ref sky) => sky.flux_bound(patch),

@@ -23,8 +23,8 @@ pub struct DeltaEmission {
 impl LightChart {
     /// The ray at `place` (in chart coordinates) with its derivatives.
     ///
-    /// `None` for area emitters and environments, whose light at a place of the chart is more than one ray, and
-    /// for images, whose light changes in other ways.
+    /// `None` for area emitters and environments, whose light at a place of the chart is more than one ray,
+    /// and for images, whose light changes in other ways.
     ///
     /// `place` may lie beyond the chart's border: the coordinates go on.
     pub fn delta_emission(&self, place: DVec2) -> Option<DeltaEmission> {
