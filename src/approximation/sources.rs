@@ -6,17 +6,25 @@ use crate::run::Refusal;
 use crate::scene::{Emitter, Material, Scene};
 use crate::transport::first_surface::Source;
 
-/// The lights of a scene, which must all be points or directions; `technique` names the technique in the
-/// plural.
+/// The lights of a scene, which must all be points or directions that shine evenly; `technique` names the
+/// technique in the plural.
 ///
 /// # Errors
 ///
-/// If an emitter has a size, or none shines.
+/// If an emitter has a size or throws an image, or none shines.
 pub fn sources(scene: &Scene, technique: &str) -> Result<Vec<Source>, Refusal> {
-    let refused = scene
+    let mut shining = scene
         .emitters()
         .iter()
-        .find(|emitter| !emitter.is_delta() && !emitter.strength().is_black());
+        .filter(|emitter| !emitter.strength().is_black());
+    if let Some(emitter) = shining.clone().find(|emitter| emitter.slide().is_some()) {
+        return Err(Refusal::new(format!(
+            "an emitter of plugin {} throws an image: {technique} are rendered from one point or direction that \
+             shines evenly",
+            emitter.plugin()
+        )));
+    }
+    let refused = shining.find(|emitter| !emitter.is_delta());
     if let Some(plugin) = refused.map(Emitter::plugin) {
         return Err(Refusal::new(format!(
             "an emitter is of plugin {plugin}: {technique} are rendered from one point or direction; emitters of \

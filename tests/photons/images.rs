@@ -280,20 +280,30 @@ fn images_give_the_same_bits_on_any_number_of_threads() {
 
 #[test]
 fn methods_that_cannot_start_at_images_say_so() {
-    let scene = scene(&format!("{}{THIN}{}", projector(2.0), floor()), SIZE, texel);
-    for name in ["beams", "caustic-map"] {
-        let method = nephroid::Method::new(name, &Default::default()).unwrap();
-        let result = method.run(
-            &scene,
-            &scene.sensors()[0],
-            &Budget::default(),
-            &Default::default(),
-        );
-        let message = result.map(|_| ()).unwrap_err().to_string();
-        let says = ["throws an image", "point, spot or directional"];
-        assert!(
-            says.iter().any(|it| message.contains(it)),
-            "{name}: {message}"
-        );
+    // Beside a lamp that they take, too.
+    let lamp =
+        "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"2\"/></emitter>";
+    for lights in [
+        projector(2.0),
+        spot().0,
+        format!("{lamp}{}", projector(2.0)),
+    ] {
+        let scene = scene(&format!("{lights}{THIN}{}", floor()), SIZE, texel);
+        for name in [
+            "beams",
+            "caustic-map",
+            "caustics-volume",
+            "local-irradiance",
+        ] {
+            let method = nephroid::Method::new(name, &Default::default()).unwrap();
+            let result = method.run(
+                &scene,
+                &scene.sensors()[0],
+                &Budget::default(),
+                &Default::default(),
+            );
+            let message = result.map(|_| ()).unwrap_err().to_string();
+            assert!(message.contains("throws an image"), "{name}: {message}");
+        }
     }
 }
