@@ -195,7 +195,8 @@ impl BitmapTexture {
 
     /// The largest texel, channel by channel: no value is above it.
     pub fn peak(&self) -> Rgb {
-        brightest(self.image.texels().iter().copied())
+        let texels = self.image.texels().iter();
+        brightest(texels.map(|texel| Rgb(texel.map(f64::from))))
     }
 
     /// A bound of the values between two surface parameters, channel by channel: values between centers are
@@ -218,10 +219,7 @@ impl BitmapTexture {
         }
         let (columns, rows) = (count.x as usize, count.y as usize);
         let places = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
-        brightest(places.map(|(x, y)| {
-            let texel = self.texel(first + DVec2::new(x as f64, y as f64));
-            texel.0.map(|it| it as f32)
-        }))
+        brightest(places.map(|(x, y)| self.texel(first + DVec2::new(x as f64, y as f64))))
     }
 
     fn size(&self) -> DVec2 {
@@ -250,11 +248,10 @@ impl BitmapTexture {
 }
 
 /// The largest of some texels, channel by channel.
-fn brightest(texels: impl Iterator<Item = [f32; 3]>) -> Rgb {
-    let most = texels.fold([0.0_f32; 3], |most, texel| {
-        std::array::from_fn(|c| most[c].max(texel[c]))
-    });
-    Rgb(most.map(f64::from))
+fn brightest(texels: impl Iterator<Item = Rgb>) -> Rgb {
+    texels.fold(Rgb::BLACK, |most, texel| {
+        Rgb(std::array::from_fn(|c| most.0[c].max(texel.0[c])))
+    })
 }
 
 impl TextureWrap {

@@ -13,6 +13,8 @@ use nephroid::internals::scene::{Emitter, Envmap, Scene};
 use nephroid::internals::transport::domain::LightSpace;
 use tempfile::TempDir;
 
+use crate::support::paths;
+
 /// A ball of glass that rests a tenth above the floor.
 const BALL: &str = "<shape type=\"sphere\"><point name=\"center\" x=\"0.1\" y=\"0\" z=\"1.1\"/>\
     <bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/></bsdf></shape>";
@@ -295,19 +297,7 @@ fn a_sun_in_an_image_gets_cells_of_its_own() {
 #[test]
 fn environments_give_the_same_bits_on_any_number_of_threads() {
     let scene = scene(&format!("{IMAGE}{BALL}"), 3.0, 6, Some(&uneven()));
-    let bits = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let found = pool
-            .build()
-            .unwrap()
-            .install(|| by_photons(&scene, 1 << 16));
-        let values = found.total.values.iter().chain(&found.total.standard_error);
-        values
-            .flat_map(|it| it.0.map(f64::to_bits))
-            .collect::<Vec<_>>()
-    };
-    let one = bits(1);
-    assert!(one == bits(2) && one == bits(5));
+    paths::assert_same_on_threads(&[2, 5], || by_photons(&scene, 1 << 16));
 }
 
 #[test]

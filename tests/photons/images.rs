@@ -12,6 +12,8 @@ use nephroid::internals::scene::Scene;
 use nephroid::internals::transport::domain::LightSpace;
 use tempfile::TempDir;
 
+use crate::support::paths;
+
 /// Height \[m\] of the lights above the floor.
 const HEIGHT: f64 = 2.0;
 
@@ -263,19 +265,7 @@ fn images_give_the_same_bits_on_any_number_of_threads() {
         SIZE,
         texel,
     );
-    let bits = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        let found = pool.install(|| by_photons(&scene, 1 << 14));
-        let values = found.total.values.iter().chain(&found.total.standard_error);
-        values
-            .flat_map(|it| it.0.map(f64::to_bits))
-            .collect::<Vec<_>>()
-    };
-    let one = bits(1);
-    assert!(one == bits(2) && one == bits(5));
+    paths::assert_same_on_threads(&[2, 5], || by_photons(&scene, 1 << 14));
 }
 
 #[test]

@@ -501,13 +501,7 @@ fn interpolated_normals_change_no_flux_unless_asked_to() {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let scene = paths::scene(&(ball(&glass(0.1, "beckmann")) + LAMP + &floor()));
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let pool = pool.build().unwrap();
-        let estimate = pool.install(|| by_photons(&scene, PhotonSettings::default(), 1 << 16));
-        paths::bits(&estimate)
-    };
-    let one = on(1);
-    assert_eq!(one, on(3));
-    assert_eq!(one, on(8));
+    paths::assert_same_on_threads(&[3, 8], || {
+        by_photons(&scene, PhotonSettings::default(), 1 << 16)
+    });
 }

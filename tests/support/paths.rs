@@ -105,6 +105,18 @@ pub fn bits(estimate: &Estimate) -> Vec<u64> {
     bits
 }
 
+/// Panics if a run has other bits on other numbers of threads than on one.
+pub fn assert_same_on_threads(others: &[usize], run: impl Fn() -> Estimate + Sync) {
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        bits(&pool.unwrap().install(&run))
+    };
+    let one = on(1);
+    for &threads in others {
+        assert!(on(threads) == one, "{threads} threads");
+    }
+}
+
 /// All bits of a layer.
 pub fn layer_bits(layer: &Layer) -> Vec<u64> {
     let values = layer.values.iter().chain(&layer.standard_error);

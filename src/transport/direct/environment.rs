@@ -6,7 +6,6 @@ use glam::{DVec2, DVec3};
 
 use super::glance::Glance;
 use super::light::DirectLight;
-use super::texel::DirectTexel;
 use crate::geometry::{Bounds, Frame, Shape, SurfacePoint};
 use crate::numeric::Stream;
 use crate::radiometry::Rgb;
@@ -33,17 +32,10 @@ impl DirectLight<'_> {
             let passed = at.transmittance(point, towards, f64::INFINITY);
             (arriving.0, passed)
         });
-        let found = if is_open {
-            found
+        if is_open {
+            found.into()
         } else {
-            found.with_unseen(each)
-        };
-        Glance {
-            value: DirectTexel {
-                irradiance: Rgb(found.mean),
-                error: Rgb(found.error),
-            },
-            passed: found.passed,
+            found.with_unseen(each).into()
         }
     }
 }

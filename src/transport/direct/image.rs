@@ -3,9 +3,7 @@
 use super::arriving::unshadowed;
 use super::glance::Glance;
 use super::light::DirectLight;
-use super::texel::DirectTexel;
 use crate::numeric::Stream;
-use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 
 impl DirectLight<'_> {
@@ -19,19 +17,13 @@ impl DirectLight<'_> {
         stream: &Stream,
         each: u32,
     ) -> Glance {
-        let found = self.sampled(texel, stream, each, |at, point, _| {
+        self.sampled(texel, stream, each, |at, point, _| {
             let (irradiance, towards, distance) = unshadowed(point, emitter);
             if irradiance.is_black() {
                 return ([0.0; 3], 0.0);
             }
             (irradiance.0, at.transmittance(point, towards, distance))
-        });
-        Glance {
-            value: DirectTexel {
-                irradiance: Rgb(found.mean),
-                error: Rgb(found.error),
-            },
-            passed: found.passed,
-        }
+        })
+        .into()
     }
 }

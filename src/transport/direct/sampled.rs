@@ -3,11 +3,14 @@
 
 use glam::DVec2;
 
+use super::glance::Glance;
 use super::light::DirectLight;
 use super::look::ShareRange;
+use super::texel::DirectTexel;
 use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
 use crate::numeric::math;
+use crate::radiometry::Rgb;
 
 /// Replicates of the quadrature over a light; their scatter is the error.
 pub(super) const REPLICATES: u32 = 16;
@@ -52,6 +55,18 @@ impl<const N: usize> Sampled<N> {
             }
         }
         self
+    }
+}
+
+impl From<Sampled<3>> for Glance {
+    fn from(found: Sampled<3>) -> Self {
+        Self {
+            value: DirectTexel {
+                irradiance: Rgb(found.mean),
+                error: Rgb(found.error),
+            },
+            passed: found.passed,
+        }
     }
 }
 
