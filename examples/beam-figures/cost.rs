@@ -43,6 +43,9 @@ const BUMPS: [(&str, u32, bool); 6] = [
     ("flat, 327,680", 128, false),
 ];
 
+/// The scene of balls, as its contest names it.
+const BALLS: &str = "two dozen balls";
+
 /// Shipped scenes with a closed form for all light, and the others that beams take: `cornell-caustics`, its
 /// variants and `cornell-glass` have area lights.
 const KNOWN: [&str; 5] = ["glass-ball", "mirror-ring", "prism", "cube", "diamond"];
@@ -80,8 +83,8 @@ impl Light {
     }
 }
 
-/// Writes the table.
-pub fn costs(text: &mut String) -> std::fmt::Result {
+/// Writes the table of the scenes whose names are asked for.
+pub fn costs(text: &mut String, is_asked: &dyn Fn(&str) -> bool) -> std::fmt::Result {
     let targets: Vec<String> = TARGETS.iter().map(|&one| plain(one)).collect();
     writeln!(
         text,
@@ -95,18 +98,21 @@ pub fn costs(text: &mut String) -> std::fmt::Result {
         targets.join(" | photons "),
         "--:|".repeat(2 * TARGETS.len()),
     )?;
-    for name in KNOWN {
+    for name in KNOWN.into_iter().filter(|name| is_asked(name)) {
         rows(text, &Contest::known(super::DEPTH, name, SIDE))?;
     }
-    for name in OTHERS {
+    for name in OTHERS.into_iter().filter(|name| is_asked(name)) {
         rows(text, &Contest::finer(DEPTH, name, SIDE, FINER))?;
     }
-    for (name, frequency, is_smooth) in BUMPS {
+    for (name, frequency, is_smooth) in BUMPS.into_iter().filter(|(name, ..)| is_asked(name)) {
         let bumps = (frequency, is_smooth);
         let finer = if is_smooth { FINER } else { FINER_BELOW_FACETS };
         rows(text, &Contest::below_bumps(DEPTH, name, SIDE, bumps, finer))?;
     }
-    rows(text, &Contest::below_balls(DEPTH, SIDE, FINER_BELOW_FACETS))
+    if is_asked(BALLS) {
+        rows(text, &Contest::below_balls(DEPTH, SIDE, FINER_BELOW_FACETS))?;
+    }
+    Ok(())
 }
 
 fn rows(text: &mut String, contest: &Contest) -> std::fmt::Result {
@@ -162,7 +168,16 @@ impl Runs {
                 runs.said = Some(said);
                 break;
             }
-            runs.trials.push(contest.beams(error));
+            let trial = contest.beams(error);
+            println!(
+                "asked {}: said {}, true {} of the caustic, {} of all light, {:.2} CPU-s",
+                percent(error),
+                trial.said.map_or("-".to_owned(), percent),
+                percent(trial.rmse),
+                percent(trial.rmse_of_all),
+                trial.cpu_seconds
+            );
+            runs.trials.push(trial);
         }
         runs
     }

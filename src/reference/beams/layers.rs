@@ -139,7 +139,7 @@ impl BeamLayer {
     /// Its result, its error and the one asked for of it; `None` if nothing more is asked.
     fn unmet(&self, target: &Target) -> Option<(&MadeLayer, f64, f64)> {
         let (asked, made) = (self.asked?, self.made.as_ref()?);
-        let error = match lit(std::slice::from_ref(self), target) {
+        let error = match lit(std::slice::from_ref(self), &[], target) {
             Some(lit) => made.known(lit, target).error,
             // However fine, nothing has no mean to be relative to: its error counts as a part of all light's.
             None if self.is_beside() => return None,
@@ -194,20 +194,22 @@ impl MadeLayer {
     }
 }
 
-/// The texels that are lit by all layers together; `None` if there are none.
-pub(super) fn lit(layers: &[BeamLayer], target: &Target) -> Option<Lit> {
+/// The texels that are lit by all layers together, or by light of no layer that reaches some of them;
+/// `None` if no layer lights any.
+pub(super) fn lit(layers: &[BeamLayer], others: &[bool], target: &Target) -> Option<Lit> {
     let (mut texels, mut sum) = (0.0, 0.0);
     for texel in 0..target.texels() {
         let made = layers.iter().filter_map(|layer| layer.made.as_ref());
         let flux: f64 = made.map(|made| made.sums.flux[texel].mean()).sum();
         let measure = target.measure(texel);
-        if flux > 0.0 && measure > 0.0 {
+        let is_lit = flux > 0.0 || others.get(texel).is_some_and(|reached| *reached);
+        if is_lit && measure > 0.0 {
             texels += 1.0;
             sum += flux / measure;
         }
     }
     let mean = sum / texels;
-    (texels > 0.0).then_some(Lit { texels, mean })
+    (sum > 0.0).then_some(Lit { texels, mean })
 }
 
 /// Sum over texels of the squared likely error.

@@ -15,7 +15,7 @@ use super::pass::{BeamLight, Passes};
 use super::refine::{Asked, Limits, Sounding};
 use super::report::BeamReport;
 use super::schedule::{self, Known};
-use super::selection::{Found, LeftOut, MARGIN, bound, left, needed_for};
+use super::selection::{Found, LeftOut, MARGIN, bound, left, needed_for, reached};
 use super::settings::{BeamSettings, target_error};
 use super::support::supports;
 use crate::geometry::TraversalCounters;
@@ -232,8 +232,8 @@ impl<'a> Setup<'a> {
             let forecast = self.forecast_of(&layers, target);
             self.progress.set_forecast(Some(forecast.time));
         }
-        let passes = self.spend(&mut layers, target, &limit, &mut counters)?;
-        let lit = lit(&layers, &self.target);
+        let passes = self.spend(&mut layers, &others, target, &limit, &mut counters)?;
+        let lit = self.lit(&layers, &others);
         let (made, waiting): (Vec<BeamLayer>, Vec<BeamLayer>) =
             layers.into_iter().partition(|layer| layer.made.is_some());
         // A limit may end a run before it knows light that is too bright to be left out.
@@ -249,10 +249,8 @@ impl<'a> Setup<'a> {
             // Texels are about alike.
             let measure = (0..self.target.texels()).map(|texel| self.target.measure(texel));
             let measure = measure.sum::<f64>() / self.target.texels() as f64;
-            math::hypot(
-                schedule::error(&known),
-                left_out.error / (measure * lit.mean),
-            )
+            let left_out = (left_out.squares / lit.texels).sqrt() / measure;
+            math::hypot(schedule::error(&known), left_out / lit.mean)
         });
         // If the discovery found light on the film, layers without any tell nothing.
         let made = if lit.is_none() && self.is_lit() {
@@ -375,6 +373,7 @@ impl<'a> Setup<'a> {
     fn spend(
         &self,
         layers: &mut [BeamLayer],
+        others: &[Found],
         target: Option<f64>,
         limit: &Limit,
         counters: &mut TraversalCounters,
@@ -392,7 +391,7 @@ impl<'a> Setup<'a> {
             if limit.is_reached() {
                 break;
             }
-            let Some(lit) = lit(layers, &self.target) else {
+            let Some(lit) = self.lit(layers, others) else {
                 if !self.is_lit() || unlit == MOST_UNLIT {
                     break;
                 }
@@ -425,6 +424,14 @@ impl<'a> Setup<'a> {
             }
         }
         Ok(passes)
+    }
+
+    /// The texels that are lit, by light that is left out, too; `None` if no layer lights any.
+    fn lit(&self, layers: &[BeamLayer], others: &[Found]) -> Option<Lit> {
+        let waiting = layers.iter().filter(|layer| layer.made.is_none());
+        let waiting = waiting.flat_map(|layer| &layer.members);
+        let by_others = reached(others.iter().chain(waiting), self.target.size());
+        lit(layers, &by_others, &self.target)
     }
 
     /// True if the discovery found light on the film.

@@ -9,12 +9,16 @@
 //! Σ φ² ≥ Σ over bins (Σ w)² / b,  less the paths' own squares
 //! ```
 //!
+//! If that light is spread evenly over n texels, an error e relative to their mean is Σ φ² = (e Φ)² / n.
+//!
 //! The faintest are left out while the sum of all Σ φ² is a small part of the error asked for, squared, and
 //! their flux a small part of all. What they may bring to a texel is in the upper bound of every texel.
 //!
 //! Of some signatures no path fell on the film, only beside it. So few paths do not show that none of their
 //! light is there: all of it may be. If that is more than the same small part, they are followed, too. Their
 //! cells show what is there.
+
+use glam::DVec2;
 
 use super::discovery::{Landing, SignatureLight};
 use crate::transport::signature::Signature;
@@ -26,6 +30,10 @@ const PART: f64 = 0.25;
 
 /// The largest number of signatures that are followed.
 const MOST_SIGNATURES: usize = 256;
+
+/// Mean number of paths in a part of the film that tell whether it is lit: of evenly spread light, e⁻⁴ = 2 %
+/// of the parts have none. Fewer tell nothing.
+const TELLING: usize = 4;
 
 /// Bins a side of the film, coarse to fine, in which paths are counted.
 const BINS: [usize; 4] = [1, 4, 16, 64];
@@ -63,7 +71,6 @@ pub fn needed_for(found: &[Found], film: [usize; 2]) -> Vec<f64> {
             beside
         } else {
             (flux, sum) = (flux + may_bring, sum + squares);
-            // A relative error e of evenly spread light is Σ φ² = (e Φ)² / n.
             f64::max(flux, (sum * texels).sqrt())
         };
         let error = most / (PART * on_film);
@@ -79,8 +86,8 @@ pub fn needed_for(found: &[Found], film: [usize; 2]) -> Vec<f64> {
 pub struct LeftOut {
     /// Flux \[W\] on the film.
     pub flux: f64,
-    /// Root mean square over texels of the flux \[W\] by texel.
-    pub error: f64,
+    /// Sum over texels of the squared flux \[W²\].
+    pub squares: f64,
     /// Flux \[W\] that a texel may get; empty if nothing is left out.
     pub bound: Vec<f64>,
 }
@@ -101,7 +108,7 @@ impl LeftOut {
             flux: found
                 .map(|(_, light)| light.on_film)
                 .fold(0.0, |sum, flux| sum + flux),
-            error: (sum / texels).sqrt(),
+            squares: sum,
             bound: bound(&landings, film),
         }
         .and_everywhere(MARGIN * beside / texels, film)
@@ -136,6 +143,63 @@ fn squares(light: &SignatureLight, film: [usize; 2]) -> f64 {
     most
 }
 
+/// The texels that light reaches, as far as its paths tell; empty if they are too few to tell.
+///
+/// Errors are relative to the mean of lit texels. Light that is left out counts among these: else an error
+/// of faint light on all of the film would be relative to the mean within a bright spot.
+///
+/// The film is halved both ways while its parts have paths enough to tell. A part with a path is lit.
+pub fn reached<'a>(found: impl Iterator<Item = &'a Found>, film: [usize; 2]) -> Vec<bool> {
+    let mut paths: Vec<DVec2> = found
+        .flat_map(|(_, light)| light.landings.iter().map(|one| one.at))
+        .collect();
+    if paths.len() < TELLING {
+        return Vec::new();
+    }
+    let mut reached = vec![false; film[0] * film[1]];
+    mark(
+        &mut paths,
+        [[0, film[0]], [0, film[1]]],
+        film[0],
+        &mut reached,
+    );
+    reached
+}
+
+/// Marks the lit texels of a window, as ranges of columns and rows, of a film with rows of some `columns`.
+fn mark(paths: &mut [DVec2], window: [[usize; 2]; 2], columns: usize, reached: &mut [bool]) {
+    let [[left, right], [top, bottom]] = window;
+    if paths.is_empty() {
+        return;
+    }
+    let is_texel = right - left <= 1 || bottom - top <= 1;
+    if paths.len() < 4 * TELLING || is_texel {
+        for row in top..bottom {
+            reached[row * columns + left..row * columns + right].fill(true);
+        }
+        return;
+    }
+    let (x, y) = (left.midpoint(right), top.midpoint(bottom));
+    let (above, below) = divide(paths, |at| at.y < y as f64);
+    for (paths, rows) in [(above, [top, y]), (below, [y, bottom])] {
+        let (before, behind) = divide(paths, |at| at.x < x as f64);
+        mark(before, [[left, x], rows], columns, reached);
+        mark(behind, [[x, right], rows], columns, reached);
+    }
+}
+
+/// Sorts those that are first to the front.
+fn divide(paths: &mut [DVec2], is_first: impl Fn(&DVec2) -> bool) -> (&mut [DVec2], &mut [DVec2]) {
+    let mut first = 0;
+    for index in 0..paths.len() {
+        if is_first(&paths[index]) {
+            paths.swap(index, first);
+            first += 1;
+        }
+    }
+    paths.split_at_mut(first)
+}
+
 /// The most flux that texels may get of light whose paths are known: by the densest bins about each.
 pub fn bound(landings: &[Landing], film: [usize; 2]) -> Vec<f64> {
     let texels = film[0] * film[1];
@@ -159,11 +223,7 @@ pub fn bound(landings: &[Landing], film: [usize; 2]) -> Vec<f64> {
             .collect();
         let scale = MARGIN * (side * side) as f64 / texels as f64;
         for (texel, bound) in bound.iter_mut().enumerate() {
-            let [x, y] = [
-                texel % film[0] * side / film[0],
-                texel / film[0] * side / film[1],
-            ];
-            *bound = f64::max(*bound, scale * most[y * side + x]);
+            *bound = f64::max(*bound, scale * most[bin_of_texel(texel, film, side)]);
         }
     }
     bound
@@ -177,10 +237,15 @@ fn bin(landing: &Landing, film: [usize; 2], side: usize) -> usize {
     along(landing.at.y, film[1]) * side + along(landing.at.x, film[0])
 }
 
+/// The bin of a texel's corner.
+fn bin_of_texel(texel: usize, film: [usize; 2], side: usize) -> usize {
+    let (x, y) = (texel % film[0], texel / film[0]);
+    y * side / film[1] * side + x * side / film[0]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec2;
 
     const FILM: [usize; 2] = [64, 32];
 
@@ -275,6 +340,33 @@ mod tests {
         assert!(left_out(&[bright, focus]).is_empty());
     }
 
+    /// Part of a film of 64 x 64 texels that light at these places reaches.
+    fn part_reached(places: &[[f64; 2]]) -> f64 {
+        const SIDE: usize = 64;
+        let reached = reached([light(1, 1.0, places)].iter(), [SIDE; 2]);
+        let lit = reached.iter().filter(|reached| **reached).count();
+        lit as f64 / (SIDE * SIDE) as f64
+    }
+
+    #[test]
+    fn few_paths_tell_that_light_reaches_all_of_a_film_and_none_of_the_dark_half() {
+        // One path in each of 16 x 16 parts, then of those in the left half alone.
+        let even: Vec<[f64; 2]> = (0..256)
+            .map(|index| [(index % 16) as f64, (index / 16) as f64].map(|at| 4.0 * at + 1.5))
+            .collect();
+        assert_eq!(part_reached(&even), 1.0);
+        let (left, _): (Vec<_>, Vec<_>) = even.iter().partition(|at| at[0] < 32.0);
+        assert_eq!(part_reached(&left), 0.5);
+        // Many more in one texel do not hide that the others are everywhere, but for 15 texels about that one.
+        let focus = [even, vec![[1.5, 1.5]; 4096]].concat();
+        assert_eq!(part_reached(&focus), 1.0 - 15.0 / 4096.0);
+    }
+
+    #[test]
+    fn too_few_paths_tell_nothing_of_what_light_reaches() {
+        assert_eq!(part_reached(&[[1.5, 1.5], [40.0, 3.0], [9.0, 60.0]]), 0.0);
+    }
+
     #[test]
     fn the_bound_of_light_left_out_is_more_than_its_density() {
         let found = [light(1, 1.0, &spread())];
@@ -282,6 +374,6 @@ mod tests {
         let mean = 128.0 / 2048.0;
         assert!(left_out.bound.iter().all(|bound| *bound >= MARGIN * mean));
         // Σ φ² of even light is (Σ φ)² / n; bins as small as texels see each path alone.
-        assert!(left_out.error >= mean * (1.0 - 1e-12));
+        assert!(left_out.squares >= 2048.0 * mean * mean * (1.0 - 1e-12));
     }
 }
