@@ -67,7 +67,7 @@ pub(super) const SPLIT_DEPTH: Setting = row!("split-depth": Kind::Whole(0, 31), 
     "Depth up to which photons follow every branch; later they follow one at random");
 
 pub(super) const DIRECT_SAMPLES: Setting = row!("direct-samples": Kind::Whole(128, 1 << 24), Value "128", "samples",
-    "Samples of a texel and an area light for direct light, where it is hard to measure");
+    "Samples of a texel and an area light or environment for direct light, where it is hard to measure");
 
 /// The most legs of a camera's path.
 pub(super) const MAX_LEGS: Setting = row!("max-depth": Kind::Whole(0, u32::MAX as u64), Rule "the scene file's, else no limit", "legs",
