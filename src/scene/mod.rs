@@ -1,6 +1,7 @@
 //! Scenes: shapes, materials, emitters and sensors, immutable and validated.
 
 mod coincidence;
+mod dispersion;
 mod emitter;
 mod environment;
 mod integrator;
@@ -18,6 +19,7 @@ mod texture_lookup;
 mod validate;
 
 pub use crate::film::ReconstructionFilter;
+pub use dispersion::{DispersionError, Dispersive, MaterialsAtWavelength};
 pub use emitter::Emitter;
 pub use environment::{Envmap, EnvmapCell, EnvmapError};
 pub use integrator::Integrator;
