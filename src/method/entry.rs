@@ -90,8 +90,8 @@ impl Entry {
         };
         match scene.dispersion().first() {
             Some(one) if !follows => Err(Refusal::new(format!(
-                "\"{}\" has dispersion ({}), and {} takes one index for all wavelengths: use --method photons, or \
-                 leave --dispersion out",
+                "\"{}\" has dispersion ({}), and the method {} knows one index for all wavelengths: use --method photons, \
+                 or leave --dispersion out",
                 one.id,
                 one.glass.name(),
                 self.name()

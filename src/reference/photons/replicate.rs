@@ -58,11 +58,13 @@ pub struct Task<R> {
     pub counters: TraversalCounters,
 }
 
-/// Consecutive photons of consecutive cells.
+/// Consecutive photons of a cell.
 struct Span {
     cell: usize,
     first: u64,
     count: u64,
+    /// The number of the first among the photons of all cells.
+    number: u64,
 }
 
 impl Job<'_> {
@@ -131,14 +133,20 @@ impl Job<'_> {
         let task_photons = TASK_PHOTONS.max(photons >> 16);
         let mut tasks = Vec::new();
         let mut task = Vec::new();
-        let mut size = 0;
+        let (mut size, mut number) = (0, 0);
         for cell in 0..self.light.cells().len() {
             let allotted = self.light.allotment(cell, photons, offset);
             let mut first = 0;
             while first < allotted {
                 let count = (allotted - first).min(task_photons - size);
-                task.push(Span { cell, first, count });
+                task.push(Span {
+                    cell,
+                    first,
+                    count,
+                    number,
+                });
                 first += count;
+                number += count;
                 size += count;
                 if size == task_photons {
                     tasks.push(std::mem::take(&mut task));
@@ -186,8 +194,12 @@ impl Job<'_> {
     ) {
         let start = Start::new(self, span.cell, photons);
         let wavelengths = Wavelengths::get();
+        // Wavelengths are even among all photons of the randomisation, and so among those of a cell. Groups
+        // have an order of their own: cells' points in their order would go together with them.
+        let numbers = self.stream.split(SPECTRAL);
         for index in span.first..span.first + span.count {
-            let wavelength = wavelengths.at(start.spectral_number(index));
+            let [u, ..] = numbers.padded4(span.number + index - span.first, 0);
+            let wavelength = wavelengths.at(u);
             let (ray, flux) = start.photon(index);
             let flux = flux * Flux::of(Rgb(wavelength.weights));
             recipient.emitted(flux);
@@ -211,8 +223,8 @@ struct Start<'a, const N: usize> {
     strength: Flux<N>,
 }
 
-/// The group of dimensions from which wavelengths come if a photon's start takes four.
-const SPECTRAL_GROUP: u32 = 1;
+/// The key of the stream of wavelengths; no cell has it.
+const SPECTRAL: u64 = u64::MAX;
 
 impl<'a, const N: usize> Start<'a, N> {
     fn new(job: &Job<'a>, cell: usize, photons: u64) -> Self {
@@ -244,17 +256,6 @@ impl<'a, const N: usize> Start<'a, N> {
             None => self.strength,
         };
         (emission.ray, strength * emission.measure)
-    }
-
-    /// The number in [0, 1) by which a photon's wavelength is drawn: even among the cell's photons, and as
-    /// far as two dimensions leave a third, among their places, too.
-    #[inline]
-    fn spectral_number(&self, index: u64) -> f64 {
-        if self.has_area {
-            self.stream.padded4(index, SPECTRAL_GROUP)[0]
-        } else {
-            self.stream.point4(index)[2]
-        }
     }
 }
 
