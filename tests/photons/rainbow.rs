@@ -13,7 +13,7 @@ use nephroid::internals::transport::ledger::Fate;
 use nephroid::internals::transport::signature::Signature;
 
 use crate::support::scenes::layer;
-use crate::support::student::two_sided_quantile;
+use crate::support::student::{moments, two_sided_quantile};
 use crate::support::{Photons, bundled};
 
 /// Fraunhofer's lines F, d and C [nm].
@@ -250,6 +250,14 @@ fn the_rainbow_has_its_closed_form_colours_on_every_texel() {
         judged.len(),
         squares / count,
         (bar / light).sqrt()
+    );
+    // Bars tell how far off values are; the three channels of a texel count as one value.
+    let moments = moments(31);
+    let most = moments.variance + 4.0 * moments.deviation_of_square / (judged.len() as f64).sqrt();
+    assert!(
+        squares / count < most,
+        "mean z² {} is above {most}",
+        squares / count
     );
     // Spectral colours are beyond sRGB: red is below zero in the green.
     assert!(negative > 12, "{negative} channels are below zero");

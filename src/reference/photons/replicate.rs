@@ -194,11 +194,16 @@ impl Job<'_> {
     ) {
         let start = Start::new(self, span.cell, photons);
         let wavelengths = Wavelengths::get();
-        // Wavelengths are even among all photons of the randomisation, and so among those of a cell. Groups
-        // have an order of their own: cells' points in their order would go together with them.
         let numbers = self.stream.split(SPECTRAL);
         for index in span.first..span.first + span.count {
-            let [u, ..] = numbers.padded4(span.number + index - span.first, 0);
+            let u = if start.has_area {
+                // All dimensions of a point are taken: even among all photons, and so among a cell's. Groups
+                // have an order of their own, since the points' one would go together with theirs.
+                numbers.padded4(span.number + index - span.first, 0)[0]
+            } else {
+                // Even among a cell's photons and their directions, taken together.
+                start.stream.point4(index)[2]
+            };
             let wavelength = wavelengths.at(u);
             let (ray, flux) = start.photon(index);
             let flux = flux * Flux::of(Rgb(wavelength.weights));
