@@ -68,12 +68,11 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<Pa
         .transpose()?;
     let means = grid(run, |value| value.mean() as f32)?;
     // A rainbow is its colours; of all else the picture says how much light there is.
-    let (content, range) = match &colours {
-        Some(values) => (Content::ToneMapped { values }, exposure(values)),
-        None => {
-            let (values, scale) = (&means, Scale::Logarithmic);
-            (Content::FalseColour { values, scale }, None)
-        }
+    let (content, range) = if let Some(values) = &colours {
+        (Content::ToneMapped { values }, exposure(values))
+    } else {
+        let (values, scale) = (&means, Scale::Logarithmic);
+        (Content::FalseColour { values, scale }, None)
     };
     // What is not known is magenta there.
     let unknown = if run.rendering.estimate.total.is_unknown() {

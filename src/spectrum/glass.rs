@@ -41,13 +41,12 @@ impl Glass {
     /// range at visible wavelengths.
     pub fn parse(text: &str) -> Result<Self, GlassError> {
         let name = text.trim();
-        let (formula, around) = match name.split_once(':') {
-            Some((kind, numbers)) => (typed(name, kind.trim(), numbers)?, 1.0),
-            None => {
-                let glass = glasses::published(name).ok_or_else(|| unknown(name))?;
-                let around = if glass.is_in_air { AIR_IOR } else { 1.0 };
-                (IndexFormula::Sellmeier(glass.terms.to_vec()), around)
-            }
+        let (formula, around) = if let Some((kind, numbers)) = name.split_once(':') {
+            (typed(name, kind.trim(), numbers)?, 1.0)
+        } else {
+            let glass = glasses::published(name).ok_or_else(|| unknown(name))?;
+            let around = if glass.is_in_air { AIR_IOR } else { 1.0 };
+            (IndexFormula::Sellmeier(glass.terms.to_vec()), around)
         };
         match formula.problem() {
             Some(problem) => Err(GlassError(format!("{name}: {problem}"))),
@@ -77,7 +76,7 @@ impl Glass {
 }
 
 impl fmt::Display for Glass {
-    /// The name, n_d and Abbe's number.
+    /// The name, its index at line d and Abbe's number.
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (n_d, abbe) = (self.formula.n_d(), self.formula.abbe());
         write!(out, "{} (n_d {n_d:.5}, ", self.name)?;

@@ -94,24 +94,23 @@ pub const GLASSES: &[Published] = &[
 
 /// The material of a name, in any case.
 pub fn published(name: &str) -> Option<&'static Published> {
-    let is_it = |known: &&str| known.eq_ignore_ascii_case(name);
-    GLASSES
-        .iter()
-        .find(|glass| glass.names.iter().any(|known| is_it(&known)))
+    GLASSES.iter().find(|glass| {
+        let mut names = glass.names.iter();
+        names.any(|known| known.eq_ignore_ascii_case(name))
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::spectrum::IndexFormula;
-    use crate::spectrum::index::LINES_NM;
 
     fn formula(name: &str) -> IndexFormula {
         IndexFormula::Sellmeier(published(name).unwrap().terms.to_vec())
     }
 
-    /// n_d and Abbe's number, and half a unit of the last digit of each, as published: in Schott's data
-    /// sheets, and of silica in Malitson's paper.
+    /// The index at line d and Abbe's number, and half a unit of the last digit of each, as published: in
+    /// Schott's data sheets, and of silica in Malitson's paper.
     const KNOWN: [(&str, f64, f64, f64, f64); 5] = [
         ("bk7", 1.51680, 64.17, 5e-6, 5e-3),
         ("f2", 1.62004, 36.37, 5e-6, 5e-3),
@@ -132,8 +131,8 @@ mod tests {
         }
     }
 
-    /// Tilton and Taylor (*J. Res. Natl. Bur. Stand.* 20, 1938) have n_D = 1.33299 against air at 20 °C. Air
-    /// has 1.000272 there (Ciddor 1996), which shows that this formula's index is absolute.
+    /// Tilton and Taylor (*J. Res. Natl. Bur. Stand.* 20, 1938) have 1.33299 for sodium light against air, at
+    /// 20 °C. Air has 1.000272 there (Ciddor 1996), which shows that this formula's index is absolute.
     #[test]
     fn waters_index_is_absolute() {
         let sodium = formula("water").ior(589.2938);
@@ -141,7 +140,7 @@ mod tests {
         assert!(!published("water").unwrap().is_in_air);
     }
 
-    /// Gemmology has n_D = 2.417, and calls n(430.8 nm) - n(686.7 nm) = 0.044 diamond's fire.
+    /// Gemmology has 2.417 for sodium light, and calls n(430.8 nm) - n(686.7 nm) = 0.044 diamond's fire.
     #[test]
     fn diamond_has_its_fire() {
         let diamond = formula("diamond");

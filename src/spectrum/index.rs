@@ -39,7 +39,7 @@ impl IndexFormula {
         self.ior(LINES_NM[1])
     }
 
-    /// Abbe's number V_d = (n_d − 1)/(n_F − n_C): the smaller, the wider the rainbow. Infinite for a constant.
+    /// Abbe's number, (n(d) − 1)/(n(F) − n(C)): the smaller, the wider the rainbow. Infinite for a constant.
     pub fn abbe(&self) -> f64 {
         let [f, d, c] = LINES_NM.map(|nm| self.ior(nm));
         (d - 1.0) / (f - c)

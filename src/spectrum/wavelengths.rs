@@ -1,25 +1,30 @@
 //! Wavelengths as samples of RGB light.
 //!
-//! Channel c of light is spread over wavelengths by a weight w_c(λ) \[1/nm\] with ∫ w_c dλ = 1. White light,
-//! RGB (1, 1, 1), stands for illuminant D65, and the weights are what it gives each channel at λ:
+//! Channel c of light is spread over wavelengths by a weight w(λ) \[1/nm\] of its own with ∫ w dλ = 1. White
+//! light, RGB (1, 1, 1), stands for illuminant D65, and the weights are what it gives each channel at λ:
 //!
 //! ```text
 //! w_c(λ) = D65(λ) Σ_k M_ck x̄_k(λ) / ∫ D65 Σ_k M_ck x̄_k dλ,   380 nm ≤ λ ≤ 780 nm
 //! ```
 //!
-//! x̄_k are the CIE's x̄, ȳ, z̄ (2° observer, 1931), M makes linear sRGB of XYZ: see
+//! with the CIE's x̄, ȳ, z̄ (2° observer, 1931); M makes linear sRGB of XYZ: see
 //! [`observer`](super::observer). The curves are straight lines between nodes 5 nm apart, products of the
 //! tables' values. So all integrals here are exact, and light that nothing disperses keeps its RGB.
 //!
-//! **Signs.** Spectral light is more colourful than sRGB's primaries can mix: at most wavelengths some w_c is
+//! **Signs.** Spectral light is more colourful than sRGB's primaries can mix: at most wavelengths some weight is
 //! below zero. That is no error: it is what takes the other wavelengths' share of a channel back where all
 //! come together. Cut off at zero, white would not stay white.
 //!
-//! **Density.** A sample has a wavelength of density p(λ) = Σ_c |w_c(λ)| / Z, and Z = ∫ Σ_c |w_c| dλ makes
-//! it one. It counts W_c = w_c/p in channel c, and Σ_c |W_c| ≤ Z however rare the wavelength.
+//! **Density.** A sample has a wavelength of the density
 //!
-//! **Errors.** The tables have 5 nm, the curves between them are off by up to a quarter percent of their peak
-//! (z̄ at 445 nm; an eighth of the second difference). Light beyond 380 and 780 nm, left out, has 0.02 % of a
+//! ```text
+//! p(λ) = Σ_c |w_c(λ)| / Z,   Z = ∫ Σ_c |w_c| dλ
+//! ```
+//!
+//! It counts w/p in each channel. Their magnitudes sum to at most Z, however rare the wavelength.
+//!
+//! **Errors.** The tables have 5 nm, the curves between them are off by up to half a percent of their peak
+//! (an eighth of the second difference). Light beyond 380 and 780 nm, left out, has 0.02 % of a
 //! channel. Each channel is divided by its own integral, which brings white back; before that the three
 //! differ by 0.1 %. Tests in this file hold these figures.
 
@@ -45,11 +50,11 @@ pub struct Wavelength {
 /// The density of wavelengths, and the weights of channels.
 #[derive(Clone, Debug)]
 pub struct Wavelengths {
-    /// w_c at each node \[1/nm\].
+    /// The weights of channels at each node \[1/nm\].
     weights: [[f64; 3]; NODES],
-    /// Σ_c |w_c| at each node \[1/nm\].
+    /// The sum of their magnitudes at each node \[1/nm\].
     sums: [f64; NODES],
-    /// ∫ Σ_c |w_c| dλ up to each node.
+    /// The integral of that up to each node.
     cumulated: [f64; NODES],
 }
 
@@ -102,7 +107,7 @@ impl Wavelengths {
         }
     }
 
-    /// w_c at a wavelength \[1/nm\]; zero where nothing is visible.
+    /// The weights of channels at a wavelength \[1/nm\]; zero where nothing is visible.
     pub fn weights(&self, wavelength_nm: f64) -> [f64; 3] {
         let [first, last] = VISIBLE_NM;
         if !(first..=last).contains(&wavelength_nm) {
