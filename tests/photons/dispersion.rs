@@ -3,14 +3,17 @@
 
 use std::path::Path;
 
+use glam::DVec3;
+use nephroid::internals::geometry::{Ray, TraversalCounters};
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::StreamKind;
 use nephroid::internals::reference::photons::run::Setup;
 use nephroid::internals::reference::photons::shard::Part;
 use nephroid::internals::reference::photons::{PhotonSettings, Shard};
 use nephroid::internals::run::{Budget, Estimate, Progress};
-use nephroid::internals::scene::{Material, Scene, requirements};
+use nephroid::internals::scene::{Material, MaterialsAtWavelength, Scene, requirements};
 use nephroid::internals::spectrum::Wavelengths;
+use nephroid::internals::transport::scatter::{Interaction, ShadingNormals, Way};
 use nephroid::{Context, Method};
 
 use crate::support::scenes::{bundled_file, layer, meter, over_floor};
@@ -298,7 +301,7 @@ fn balls(folder: &Path) -> Scene {
 /// The indices of the left, the right and the veiled ball inside, at a wavelength [nm].
 fn indices(scene: &Scene, wavelength: f64) -> [f64; 3] {
     let plain = scene.materials().to_vec();
-    let mut spectral = nephroid::internals::scene::MaterialsAtWavelength::new(scene);
+    let mut spectral = MaterialsAtWavelength::new(scene);
     let all = spectral.as_mut().map_or(&plain[..], |it| it.at(wavelength));
     ["left", "right", "veiled"].map(|id| {
         let object = scene
@@ -380,5 +383,47 @@ fn wishes_that_cannot_be_are_refused_with_what_can() {
             .unwrap_err()
             .to_string();
         assert!(error.contains(expected), "{glasses:?}: {error}");
+    }
+}
+
+/// Light through one interface below a mask at a wavelength: the share that passes it, as Fresnel has it.
+#[test]
+fn light_by_way_of_a_masked_interface_is_dispersed() {
+    let folder = tempfile::tempdir().unwrap();
+    // Its mask of opacity 0.5 lets half of the light pass.
+    let scene = balls(folder.path());
+    let scene = scene
+        .with_dispersion(&[("veiled", "cauchy:1.3,0.3")])
+        .unwrap();
+    let mut spectral = MaterialsAtWavelength::new(&scene).unwrap();
+    let shape = scene
+        .objects()
+        .iter()
+        .position(|object| object.id == "veiled")
+        .unwrap();
+    let down = DVec3::NEG_Z;
+    let ray = Ray {
+        origin: DVec3::new(0.0, 0.0, 2.0),
+        direction: down,
+    };
+    let mut counters = TraversalCounters::default();
+    let hit = scene
+        .world()
+        .closest_hit(&ray, f64::INFINITY, &mut counters)
+        .unwrap();
+    assert_eq!(hit.shape as usize, shape);
+    let point = scene.world().bounce_point(&ray, &hit);
+    for wavelength in [400.0, 700.0] {
+        let materials = spectral.at(wavelength);
+        let material = &materials[scene.objects()[shape].material.0 as usize];
+        let normals = ShadingNormals::Flux;
+        let met = Interaction::among((&scene, materials), material, &point, down, normals);
+        let n = 1.3 + 0.3 / (wavelength / 1000.0f64).powi(2);
+        let reflected = 0.5 * ((n - 1.0) / (n + 1.0)).powi(2);
+        let share = met.share_of(Way::Reflected);
+        assert!(
+            (share - reflected).abs() < 1e-12,
+            "{wavelength} nm: {share}, not {reflected}"
+        );
     }
 }
