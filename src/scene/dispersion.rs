@@ -5,20 +5,10 @@
 
 use std::collections::BTreeSet;
 
+use super::dispersive::Dispersive;
 use super::{Material, MaterialId, Scene};
 use crate::setting::did_you_mean;
 use crate::spectrum::{Glass, GlassError};
-
-/// An interface whose index depends on the wavelength.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Dispersive {
-    /// A plain interface, no wrapper.
-    pub material: MaterialId,
-    /// The id by which it was named: a bsdf's or a shape's.
-    pub id: String,
-    /// Its index.
-    pub glass: Glass,
-}
 
 /// Reason why a scene cannot have the dispersion asked for.
 ///

@@ -2,6 +2,7 @@
 
 mod coincidence;
 mod dispersion;
+mod dispersive;
 mod emitter;
 mod environment;
 mod integrator;
@@ -19,7 +20,8 @@ mod texture_lookup;
 mod validate;
 
 pub use crate::film::ReconstructionFilter;
-pub use dispersion::{DispersionError, Dispersive, MaterialsAtWavelength};
+pub use dispersion::{DispersionError, MaterialsAtWavelength};
+pub use dispersive::Dispersive;
 pub use emitter::Emitter;
 pub use environment::{Envmap, EnvmapCell, EnvmapError};
 pub use integrator::Integrator;

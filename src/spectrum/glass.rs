@@ -15,9 +15,9 @@ const MOST_TERMS: usize = 4;
 
 /// The index of refraction of a medium at each wavelength.
 ///
-/// It is absolute, as `int_ior` of a scene is. Indices of [published glasses](glasses) that are relative to air
-/// are multiplied by [`AIR_IOR`]; so glass in Mitsuba's `air` has the very ratio that was published. A formula
-/// that is typed is taken as it stands.
+/// It is absolute, as `int_ior` of a scene is. Indices of [published glasses](glasses) that are relative to
+/// air are multiplied by [`AIR_IOR`]; so glass in Mitsuba's `air` has the very ratio that was published. A
+/// formula that is typed is taken as it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Glass {
     /// As it was named.

@@ -11,8 +11,8 @@
 //! [`observer`](super::observer). The curves are straight lines between nodes 5 nm apart, products of the
 //! tables' values. So all integrals here are exact, and light that nothing disperses keeps its RGB.
 //!
-//! **Signs.** Spectral light is more colourful than sRGB's primaries can mix: at most wavelengths some weight is
-//! below zero. That is no error: it is what takes the other wavelengths' share of a channel back where all
+//! **Signs.** Spectral light is more colourful than sRGB's primaries can mix: at most wavelengths some weight
+//! is below zero. That is no error: it is what takes the other wavelengths' share of a channel back where all
 //! come together. Cut off at zero, white would not stay white.
 //!
 //! **Density.** A sample has a wavelength of the density
@@ -24,7 +24,7 @@
 //! It counts w/p in each channel. Their magnitudes sum to at most Z, however rare the wavelength.
 //!
 //! **Errors.** The tables have 5 nm, the curves between them are off by up to half a percent of their peak
-//! (an eighth of the second difference). Light beyond 380 and 780 nm, left out, has 0.02 % of a
+//! (an eighth of the second difference). Light beyond 380 and 780 nm, left out, has up to 0.03 % of a
 //! channel. Each channel is divided by its own integral, which brings white back; before that the three
 //! differ by 0.1 %. Tests in this file hold these figures.
 
@@ -214,7 +214,11 @@ mod tests {
             let sum: f64 = drawn.weights.iter().map(|weight| weight.abs()).sum();
             assert!(sum <= z * (1.0 + 1e-12), "{sum} is above {z}");
         }
-        assert!(all.at(1.0).nm == VISIBLE_NM[1] && all.at(0.0).nm == VISIBLE_NM[0]);
+        let ends = [0.0, 1.0].map(|u| all.at(u).nm);
+        assert!(
+            (0..2).all(|k| (ends[k] - VISIBLE_NM[k]).abs() < 1e-9),
+            "{ends:?}"
+        );
     }
 
     #[test]
@@ -241,7 +245,7 @@ mod tests {
         let visible = channels_of_white(VISIBLE_NM);
         for c in 0..3 {
             let left_out = (all[c] - visible[c]) / all[c];
-            assert!(left_out.abs() < 2e-4, "channel {c}: {left_out}");
+            assert!(left_out.abs() < 3e-4, "channel {c}: {left_out}");
         }
         let ends = visible.iter().fold([f64::MAX, 0.0f64], |[low, high], it| {
             [low.min(*it), high.max(*it)]
