@@ -24,6 +24,7 @@ open!(
     run,
     scene,
     setting,
+    spectrum,
     study,
     transport
 );

@@ -29,6 +29,7 @@
 //! | I want to | use |
 //! |---|---|
 //! | read a scene file | [`load`], then [`Scene::sensors`] |
+//! | make a rainbow | [`Scene::with_dispersion`] |
 //! | let the scene choose a method | [`Method::choose`] |
 //! | name a method and its settings | [`Method::new`], [`Method::with`]; [`Method::names`] lists all |
 //! | know the cost beforehand | [`Method::supports`], [`Method::cost`] |
@@ -93,6 +94,7 @@ mod reference;
 mod run;
 mod scene;
 mod setting;
+mod spectrum;
 mod study;
 mod transport;
 
@@ -125,7 +127,7 @@ pub use run::{
     Budget, Context, Cost, Counter, Counters, Error, Estimate, FluxEntry, Interval, Layer,
     LayerName, Light, Progress, Quantity, Range, Refusal, Rendering, StageWork,
 };
-pub use scene::{Scene, Sensor, SourcePosition, Warning};
+pub use scene::{DispersionError, Scene, Sensor, SourcePosition, Warning};
 pub use setting::SettingError;
 pub use transport::ledger::{FluxByFate, Ledger};
 pub use transport::path_class::PathClass;

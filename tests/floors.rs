@@ -16,6 +16,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("numeric", 0),
     ("radiometry", 0),
     ("setting", 0),
+    ("spectrum", 0),
     ("geometry", 1),
     ("optics", 1),
     ("film", 1),

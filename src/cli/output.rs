@@ -6,8 +6,9 @@ use anyhow::Context;
 
 use super::run::Run;
 use super::summary::{Summary, Timing};
-use crate::film::picture::{self, Content, PictureError, PictureSpec, Scale};
+use crate::film::picture::{self, BarRange, Content, PictureError, PictureSpec, Scale};
 use crate::film::{Grid, LazyImage, atomic, exr};
+use crate::radiometry::Rgb;
 
 /// The extension of pictures.
 const PICTURE: &str = "png";
@@ -62,18 +63,17 @@ fn check_writable(path: &Path) -> anyhow::Result<()> {
 pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<PathBuf>> {
     exr::write_lazily(path, &image(run, summary)?)?;
     let picture = path.with_extension(PICTURE);
-    let values = Grid::from_vec(
-        run.rendering.estimate.width,
-        run.rendering.estimate.height,
-        run.rendering
-            .estimate
-            .total
-            .values
-            .iter()
-            .map(|value| value.mean() as f32)
-            .collect(),
-    )
-    .context("the estimate does not fill its grid")?;
+    let colours = (!run.scene.dispersion().is_empty())
+        .then(|| grid(run, |value| value.0.map(|channel| channel as f32)))
+        .transpose()?;
+    let means = grid(run, |value| value.mean() as f32)?;
+    // A rainbow is its colours; of all else the picture says how much light there is.
+    let (content, range) = if let Some(values) = &colours {
+        (Content::ToneMapped { values }, exposure(values))
+    } else {
+        let (values, scale) = (&means, Scale::Logarithmic);
+        (Content::FalseColour { values, scale }, None)
+    };
     // What is not known is magenta there.
     let unknown = if run.rendering.estimate.total.is_unknown() {
         " · unknown"
@@ -95,11 +95,8 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<Pa
         &PictureSpec {
             title: &title,
             unit: run.rendering.estimate.quantity.unit(),
-            content: Content::FalseColour {
-                values: &values,
-                scale: Scale::Logarithmic,
-            },
-            range: None,
+            content,
+            range,
         },
     );
     match drawn {
@@ -107,6 +104,27 @@ pub fn write(run: &Run, summary: &Summary, path: &Path) -> anyhow::Result<Vec<Pa
         Err(PictureError::Size { .. }) => Ok(vec![path.to_owned()]),
         Err(error) => Err(error.into()),
     }
+}
+
+/// The total, texel by texel.
+fn grid<T>(run: &Run, shown: impl Fn(&Rgb) -> T) -> anyhow::Result<Grid<T>> {
+    let estimate = &run.rendering.estimate;
+    let shown = estimate.total.values.iter().map(shown).collect();
+    Grid::from_vec(estimate.width, estimate.height, shown)
+        .context("the estimate does not fill its grid")
+}
+
+/// From black to full: the channel that one in a hundred lit texels exceeds. `None` if nothing is lit.
+fn exposure(values: &Grid<[f32; 3]>) -> Option<BarRange> {
+    let brightest = values
+        .iter()
+        .map(|rgb| rgb.iter().copied().fold(0.0, f32::max));
+    let mut lit: Vec<f32> = brightest
+        .filter(|value| *value > 0.0 && value.is_finite())
+        .collect();
+    let exceeded = lit.len().checked_sub(1)? * 99 / 100;
+    let high = f64::from(*lit.select_nth_unstable_by(exceeded, f32::total_cmp).1);
+    Some(BarRange { low: 0.0, high })
 }
 
 /// All layers with their description.

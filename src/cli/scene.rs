@@ -2,7 +2,7 @@
 
 use super::args::SceneArgs;
 use crate::mitsuba::{self, LoadError};
-use crate::scene::Scene;
+use crate::scene::{Scene, SourcePosition};
 
 /// Reads a scene.
 ///
@@ -17,11 +17,24 @@ pub fn load(args: &SceneArgs) -> Result<Scene, LoadError> {
 ///
 /// # Errors
 ///
-/// As [`mitsuba::load`].
+/// As [`mitsuba::load`], and for dispersion that the scene cannot have.
 pub fn load_with(args: &SceneArgs, define: &[(String, String)]) -> Result<Scene, LoadError> {
-    if args.lenient {
-        mitsuba::load_leniently(&args.scene, define)
+    let scene = if args.lenient {
+        mitsuba::load_leniently(&args.scene, define)?
     } else {
-        mitsuba::load(&args.scene, define)
-    }
+        mitsuba::load(&args.scene, define)?
+    };
+    let dispersion = args.dispersion.iter();
+    let dispersion: Vec<(&str, &str)> = dispersion.map(|(id, glass)| (&**id, &**glass)).collect();
+    scene
+        .with_dispersion(&dispersion)
+        .map_err(|error| LoadError {
+            at: SourcePosition {
+                file: args.scene.clone(),
+                line: 0,
+                column: 0,
+            },
+            message: format!("--dispersion: {error}"),
+            others: Vec::new(),
+        })
 }

@@ -169,7 +169,7 @@ macro_rules! bundled {
 }
 
 /// All bundled scenes, in the order of `scenes/README.md`.
-pub const SCENES: [BundledScene; 20] = [
+pub const SCENES: [BundledScene; 21] = [
     bundled!("glass-ball"),
     bundled!(
         "glass-ball-mesh",
@@ -191,6 +191,7 @@ pub const SCENES: [BundledScene; 20] = [
         mesh "pool-fence" = |_| picket_fence(PICKET, 0.25, 16)
     ),
     bundled!("prism", mesh "prism" = |_| equilateral_prism(0.1, 0.2)),
+    bundled!("rainbow", mesh "rainbow" = |_| equilateral_prism(0.03, 0.1)),
     bundled!("cube"),
     bundled!(
         "diamond",

@@ -75,9 +75,28 @@ impl Entry {
     }
 
     pub fn supports(self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal> {
+        self.check_dispersion(scene)?;
         match self {
             Self::Reference(one) => one.supports(scene, sensor, values),
             Self::Technique(one) => one.supports(scene, sensor, values),
+        }
+    }
+
+    /// Refuses scenes with dispersion, if it takes every index for one number.
+    pub fn check_dispersion(self, scene: &Scene) -> Result<(), Refusal> {
+        let follows = match self {
+            Self::Reference(one) => one.follows_dispersion(),
+            Self::Technique(_) => false,
+        };
+        match scene.dispersion().first() {
+            Some(one) if !follows => Err(Refusal::new(format!(
+                "\"{}\" has dispersion ({}), and the method {} knows one index for all wavelengths: use --method photons, \
+                 or leave --dispersion out",
+                one.id,
+                one.glass.name(),
+                self.name()
+            ))),
+            _ => Ok(()),
         }
     }
 
@@ -125,6 +144,7 @@ impl Entry {
 
     /// Fills a sensor. Techniques may use what is left of the frames before, and leave that of this one.
     pub fn run(self, job: &Job, left: &mut Option<Box<dyn Prepared>>) -> Result<Rendering, Error> {
+        self.check_dispersion(job.scene)?;
         match self {
             Self::Reference(one) => one.run(job),
             Self::Technique(one) => technique::run(one, job, left),

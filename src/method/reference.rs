@@ -25,6 +25,11 @@ pub(super) trait Reference: Sync {
     /// Facts that no scene changes.
     fn about(&self) -> &'static About;
 
+    /// True if it traces light of one wavelength where an index depends on it.
+    fn follows_dispersion(&self) -> bool {
+        false
+    }
+
     /// Refuses scenes and sensors that it cannot work on, without running it.
     fn supports(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<(), Refusal>;
 

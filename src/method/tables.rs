@@ -81,6 +81,7 @@ impl Method {
         context: &Context,
     ) -> Result<(Self, TableChoices), Error> {
         let technique = self.with_tables()?;
+        self.entry.check_dispersion(scene)?;
         let choices = context
             .install(|| technique.within_bytes(scene, sensor, &self.values, bytes, context))?;
         let mut method = self.clone();
@@ -104,6 +105,7 @@ impl Method {
         export: Option<&Path>,
     ) -> Result<Tables, TablesError> {
         let technique = self.with_tables().map_err(Error::from)?;
+        self.entry.check_dispersion(scene).map_err(Error::from)?;
         self.check_memory(scene, sensor, context)
             .map_err(Error::from)?;
         let prepared =

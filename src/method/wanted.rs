@@ -47,8 +47,10 @@ impl Wanted<'_> {
         };
         let is_open = self.sensor.is_none() && self.method.is_none() && !self.is_shard;
         let sensors = scene.sensors();
-        let is_seen = is_open && !sensors.is_empty() && sensors.iter().all(Sensor::is_camera);
-        let sensor = if is_of_cameras || is_seen {
+        let are_cameras = !sensors.is_empty() && sensors.iter().all(Sensor::is_camera);
+        // Light that dispersion takes apart is for photons, whatever they see.
+        let is_seen = is_open && are_cameras && scene.dispersion().is_empty();
+        let sensor = if is_of_cameras || (is_open && are_cameras) {
             choose_camera(scene, self.sensor)?
         } else {
             choose_sensor(scene, self.sensor)?

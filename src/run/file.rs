@@ -101,7 +101,14 @@ impl Rendering {
                 image.add_scalar(AREA, move |texel| areas[texel]);
             }
         }
-        image.add_metadata("conventions", conventions(estimate));
+        let mut conventions = conventions(estimate);
+        if !scene.dispersion().is_empty() {
+            conventions.push_str(
+                "; light was traced at single wavelengths, whose colours may be below zero in a channel: they are \
+                 beyond sRGB",
+            );
+        }
+        image.add_metadata("conventions", conventions);
         image
     }
 

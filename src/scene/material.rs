@@ -193,6 +193,16 @@ impl Material {
         first.into_iter().chain(second)
     }
 
+    /// The ids of the materials that it wraps, to be changed.
+    pub(super) fn nested_mut(&mut self) -> impl Iterator<Item = &mut MaterialId> {
+        let (first, second) = match self {
+            Self::Mask { nested, .. } | Self::Turned { nested, .. } => (Some(nested), None),
+            Self::TwoSided { front, back } => (Some(front), Some(back)),
+            _ => (None, None),
+        };
+        first.into_iter().chain(second)
+    }
+
     /// The colours of the material itself that may vary, without those of materials it wraps.
     pub fn colors(&self) -> impl Iterator<Item = Color> {
         let (first, second) = match self {

@@ -1,6 +1,8 @@
 //! Scenes: shapes, materials, emitters and sensors, immutable and validated.
 
 mod coincidence;
+mod dispersion;
+mod dispersive;
 mod emitter;
 mod environment;
 mod integrator;
@@ -18,6 +20,8 @@ mod texture_lookup;
 mod validate;
 
 pub use crate::film::ReconstructionFilter;
+pub use dispersion::{DispersionError, MaterialsAtWavelength};
+pub use dispersive::Dispersive;
 pub use emitter::Emitter;
 pub use environment::{Envmap, EnvmapCell, EnvmapError};
 pub use integrator::Integrator;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Emitter, Ignored, Integrator, Material, MaterialId, Object, SceneError, SceneParts, Sensor,
-    Texture, TextureId, Warning, coincidence, validate,
+    Dispersive, Emitter, Ignored, Integrator, Material, MaterialId, Object, SceneError, SceneParts,
+    Sensor, Texture, TextureId, Warning, coincidence, validate,
 };
 use crate::geometry::World;
 
@@ -23,10 +23,12 @@ use crate::geometry::World;
 #[derive(Debug)]
 pub struct Scene {
     path: PathBuf,
-    content_hash: String,
+    pub(super) content_hash: String,
     world: World,
-    objects: Vec<Object>,
-    materials: Vec<Material>,
+    pub(super) objects: Vec<Object>,
+    pub(super) materials: Vec<Material>,
+    pub(super) material_ids: Vec<(String, MaterialId)>,
+    pub(super) dispersion: Vec<Dispersive>,
     textures: Vec<Texture>,
     emitters: Vec<Emitter>,
     sensors: Vec<Sensor>,
@@ -61,6 +63,8 @@ impl Scene {
             world: World::new(parts.shapes),
             objects: parts.objects,
             materials: parts.materials,
+            material_ids: parts.material_ids,
+            dispersion: Vec::new(),
             textures: parts.textures,
             emitters: parts.emitters,
             sensors: parts.sensors,
@@ -75,7 +79,8 @@ impl Scene {
         &self.path
     }
 
-    /// A hash over everything the scene was read from.
+    /// A hash over everything the scene was read from, and over the glasses of
+    /// [`with_dispersion`](Self::with_dispersion).
     ///
     /// # Example: a name for results that can be kept
     ///
@@ -120,6 +125,13 @@ impl Scene {
     #[doc(hidden)]
     pub fn material(&self, id: MaterialId) -> &Material {
         &self.materials[id.0 as usize]
+    }
+
+    /// The interfaces whose index depends on the wavelength; none unless they were asked for.
+    #[inline]
+    #[doc(hidden)]
+    pub fn dispersion(&self) -> &[Dispersive] {
+        &self.dispersion
     }
 
     /// All textures.

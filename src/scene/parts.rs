@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use super::{
-    Emitter, Ignored, Integrator, Material, Object, Sensor, SourcePosition, Texture, Warning,
+    Emitter, Ignored, Integrator, Material, MaterialId, Object, Sensor, SourcePosition, Texture,
+    Warning,
 };
 use crate::geometry::Shape;
 
@@ -19,8 +20,10 @@ pub struct SceneParts {
     pub shapes: Vec<Shape>,
     /// The entry of each form; as long as `shapes`.
     pub objects: Vec<Object>,
-    /// All materials; [`MaterialId`](super::MaterialId) is an index here.
+    /// All materials; [`MaterialId`] is an index here.
     pub materials: Vec<Material>,
+    /// The ids of bsdfs that have one, and that a shape uses.
+    pub material_ids: Vec<(String, MaterialId)>,
     /// All textures; [`TextureId`](super::TextureId) is an index here.
     pub textures: Vec<Texture>,
     /// All emitters, in the file's order.

@@ -98,16 +98,38 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "surfaces are whole or absent",
         ),
     ];
-    list.push(Requirement {
-        feature: "dispersion",
-        needed: false,
-        reason: "indices are given as one number each".to_owned(),
-    });
+    list.push(dispersion(scene));
     list
+}
+
+fn dispersion(scene: &Scene) -> Requirement {
+    let mut glasses: Vec<String> = scene
+        .dispersion()
+        .iter()
+        .map(|one| format!("{} is {}", one.id, one.glass))
+        .collect();
+    glasses.dedup();
+    Requirement {
+        feature: "dispersion",
+        needed: !glasses.is_empty(),
+        reason: if glasses.is_empty() {
+            "indices are given as one number each".to_owned()
+        } else {
+            format!(
+                "{}: each photon has one wavelength, and three channels of any sign; for photons alone",
+                glasses.join("; ")
+            )
+        },
+    }
 }
 
 /// True if one channel can stand for red, green and blue.
 pub fn is_achromatic(scene: &Scene) -> bool {
+    scene.dispersion().is_empty() && is_grey(scene)
+}
+
+/// True if no emitter and no interface has a colour.
+fn is_grey(scene: &Scene) -> bool {
     scene.emitters().iter().all(Emitter::is_grey)
         && scene.objects().iter().all(|object| {
             scene
@@ -161,6 +183,12 @@ fn colour(scene: &Scene) -> Requirement {
         }
         // Writing to a string cannot fail.
         let _ = write!(reason, "{emitters} coloured emitter(s)");
+    }
+    if !scene.dispersion().is_empty() {
+        if !reason.is_empty() {
+            reason.push_str("; ");
+        }
+        reason.push_str("wavelengths have colours");
     }
     Requirement {
         feature: "colour",

@@ -15,7 +15,7 @@ use super::ledger::Fate;
 use super::scatter::{Branch, Interaction, ShadingNormals, Way};
 use super::signature::{Event, MAX_EVENTS, Signature};
 use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
-use crate::scene::Scene;
+use crate::scene::{Material, Scene};
 
 /// Depth to which chains are followed, and to which they are split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -127,20 +127,42 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     /// Follows `flux` \[W\] along `ray` until all of it has ended.
     #[inline]
     pub fn trace(&mut self, ray: Ray, flux: Flux<N>, sink: &mut impl ChainSink<N>) {
+        self.trace_among(self.scene.materials(), ray, flux, sink);
+    }
+
+    /// Follows the same among other materials than the scene's own: as light of one wavelength meets them.
+    ///
+    /// Rough interfaces stay those of the scene.
+    #[inline]
+    pub fn trace_among(
+        &mut self,
+        materials: &[Material],
+        ray: Ray,
+        flux: Flux<N>,
+        sink: &mut impl ChainSink<N>,
+    ) {
         let mut flight = Flight {
             ray,
             flux,
             signature: Signature::DIRECT,
             passes: 0,
         };
-        while let Some(next) = self.step(&flight, sink).or_else(|| self.pending.pop()) {
+        while let Some(next) = self
+            .step(materials, &flight, sink)
+            .or_else(|| self.pending.pop())
+        {
             flight = next;
         }
     }
 
     /// Goes to the next surface, and on along one of its branches; others are left pending.
     #[inline]
-    fn step(&mut self, flight: &Flight<N>, sink: &mut impl ChainSink<N>) -> Option<Flight<N>> {
+    fn step(
+        &mut self,
+        materials: &[Material],
+        flight: &Flight<N>,
+        sink: &mut impl ChainSink<N>,
+    ) -> Option<Flight<N>> {
         if flight.flux.is_black() {
             return None;
         }
@@ -162,9 +184,10 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             flux: flight.flux,
         };
         let fate = sink.arrived(&arrival, &mut self.counters);
-        let interaction = Interaction::new(
-            self.scene,
-            self.scene.material_of(hit.shape),
+        let material = self.scene.objects()[hit.shape as usize].material;
+        let interaction = Interaction::among(
+            (self.scene, materials),
+            &materials[material.0 as usize],
             &point,
             ray.direction,
             self.settings.shading_normals,

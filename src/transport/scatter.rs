@@ -106,6 +106,20 @@ impl<'a> Interaction<'a> {
         direction: DVec3,
         shading_normals: ShadingNormals,
     ) -> Self {
+        let all = scene.materials();
+        Self::among((scene, all), material, point, direction, shading_normals)
+    }
+
+    /// The interaction with `material`, which is one of these materials: a scene's own, or as light of one
+    /// wavelength meets them.
+    #[inline]
+    pub fn among(
+        (scene, materials): (&'a Scene, &'a [Material]),
+        material: &'a Material,
+        point: &'a SurfacePoint,
+        direction: DVec3,
+        shading_normals: ShadingNormals,
+    ) -> Self {
         let front = direction.dot(point.geometric_normal) < 0.0;
         let mut interaction = Self {
             point,
@@ -121,7 +135,7 @@ impl<'a> Interaction<'a> {
             // The commonest end of a chain.
             Material::Diffuse { .. } => {}
             Material::Mask { .. } | Material::TwoSided { .. } => {
-                interaction.unwrap(scene, material, front);
+                interaction.unwrap((scene, materials), material, front);
             }
             _ => interaction.share(material, front, 1.0),
         }
@@ -129,7 +143,12 @@ impl<'a> Interaction<'a> {
     }
 
     /// Looks through masks and two-sided materials at the material inside.
-    fn unwrap(&mut self, scene: &'a Scene, mut material: &'a Material, front: bool) {
+    fn unwrap(
+        &mut self,
+        (scene, materials): (&'a Scene, &'a [Material]),
+        mut material: &'a Material,
+        front: bool,
+    ) {
         let mut passed = 0.0;
         let mut weight = 1.0;
         let mut both_sides = false;
@@ -146,7 +165,7 @@ impl<'a> Interaction<'a> {
                     );
                     passed += weight * (1.0 - opacity);
                     weight *= opacity;
-                    material = scene.material(nested);
+                    material = &materials[nested.0 as usize];
                     both_sides = false;
                 }
                 Material::TwoSided {
@@ -154,7 +173,7 @@ impl<'a> Interaction<'a> {
                     back,
                 } => {
                     let side = if front { material_front } else { back };
-                    material = scene.material(side);
+                    material = &materials[side.0 as usize];
                     both_sides = true;
                 }
                 _ => break,

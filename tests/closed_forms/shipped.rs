@@ -251,6 +251,7 @@ fn the_other_shipped_scenes_are_refused_each_with_its_reason() {
             "parabolic-mirror",
             "shape \"dish\" (ply) has interpolated normals",
         ),
+        ("rainbow", "in the scene"),
         (
             "glass-ball-behind-pane",
             "shape \"ball\" (sphere) and shape \"pane\" (rectangle) are in the scene",

@@ -67,6 +67,12 @@ pub struct SceneArgs {
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::parse_define)]
     pub define: Vec<(String, String)>,
 
+    /// Give an interface an index that depends on the wavelength, for photons: the id of a bsdf or a shape,
+    /// and bk7, f2, sf10, sf11, fused-silica, water, diamond, cauchy:A,B,... or sellmeier:B1,...,C1,...
+    /// (powers of µm)
+    #[arg(long, value_name = "ID=GLASS", value_parser = parse::parse_dispersion)]
+    pub dispersion: Vec<(String, String)>,
+
     /// Leave out parameters that a plugin does not know, each with a warning
     #[arg(long)]
     pub lenient: bool,

@@ -17,6 +17,14 @@ pub fn parse_define(text: &str) -> Result<(String, String), String> {
     }
 }
 
+/// The id of an interface, and its glass.
+pub fn parse_dispersion(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((id, glass)) if !id.is_empty() => Ok((id.to_owned(), glass.to_owned())),
+        _ => Err("give ID=GLASS, as in prism=bk7".to_owned()),
+    }
+}
+
 /// Two finite numbers; whether they are on the receiver is for the probe to say.
 pub fn parse_uv(text: &str) -> Result<DVec2, String> {
     let number = |text: &str| {

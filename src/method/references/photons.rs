@@ -1,5 +1,7 @@
 //! Photons as a method.
 
+use std::collections::BTreeMap;
+
 use crate::method::memory::{self, Layers, channels};
 use crate::method::reference::{About, Job, Reference};
 use crate::method::rows;
@@ -10,6 +12,7 @@ use crate::run::format::relative;
 use crate::run::{Cost, Counter, Error, Estimate, Progress, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values};
+use crate::spectrum::VISIBLE_NM;
 use crate::transport::chain::ChainSettings;
 use crate::transport::domain::LightSpace;
 
@@ -89,6 +92,10 @@ impl Reference for Photons {
         &ABOUT
     }
 
+    fn follows_dispersion(&self) -> bool {
+        true
+    }
+
     fn supports(&self, scene: &Scene, _sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
         LightSpace::new(scene)?;
         Ok(())
@@ -135,16 +142,51 @@ pub(crate) fn rendering(
     warnings.extend(warnings::unknown_direct(&estimate));
     warnings.extend(warnings::of_camera(scene, &estimate, "photons", false));
     let paths = estimate.paths;
+    let mut summary = vec![error_line(&estimate)];
+    summary.extend(spectral_line(scene));
     let counts = estimate.counts.iter().map(|count| *count as f64);
     Rendering {
         scalars: vec![("count.Y".to_owned(), counts.collect())],
         replicates: Some(settings.replicates),
-        summary: vec![error_line(&estimate)],
+        summary,
         warnings,
         unit: "photons",
-        ..Rendering::new(estimate)
+        ..reporting_dispersion(scene, Rendering::new(estimate))
             .reporting("photons", paths)
             .reporting("seed", settings.seed)
             .reporting("settings", settings)
     }
+}
+
+/// The line of a summary on wavelengths, if light had any.
+fn spectral_line(scene: &Scene) -> Option<String> {
+    let first = scene.dispersion().first()?;
+    let [low, high] = VISIBLE_NM;
+    let others = match scene.dispersion().len() - 1 {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    Some(format!(
+        "dispersion: {} is {}{others}; wavelengths from {low} to {high} nm, colours by CIE 1931, white is D65",
+        first.id, first.glass
+    ))
+}
+
+/// A rendering that says which dispersion was on, if any was.
+fn reporting_dispersion(scene: &Scene, rendering: Rendering) -> Rendering {
+    let all = scene.dispersion();
+    if all.is_empty() {
+        return rendering;
+    }
+    let glasses: BTreeMap<&str, &str> =
+        all.iter().map(|one| (&*one.id, one.glass.name())).collect();
+    let wavelengths = serde_json::json!({
+        "first-nm": VISIBLE_NM[0],
+        "last-nm": VISIBLE_NM[1],
+        "observer": "CIE 1931, 2 degrees",
+        "white": "D65",
+    });
+    rendering
+        .reporting("dispersion", glasses)
+        .reporting("wavelengths", wavelengths)
 }

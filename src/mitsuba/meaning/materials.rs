@@ -42,6 +42,8 @@ const DEFAULT_ALPHA: f64 = 0.1;
 #[derive(Default)]
 pub struct Materials {
     pub list: Vec<Material>,
+    /// The ids of those that have one.
+    pub ids: Vec<(String, MaterialId)>,
     pub textures: Textures,
     known: HashMap<ObjectIndex, MaterialId>,
     defaults: [Option<MaterialId>; 2],
@@ -144,6 +146,9 @@ impl Materials {
         plugin.finish()?;
         let id = self.add(material);
         self.known.insert(bsdf, id);
+        if let Some(name) = &tree.object(bsdf).id {
+            self.ids.push((name.clone(), id));
+        }
         Ok(id)
     }
 

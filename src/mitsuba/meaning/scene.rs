@@ -93,6 +93,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
     }
     let mut parts = reader.parts;
     parts.materials = reader.materials.list;
+    parts.material_ids = reader.materials.ids;
     parts.textures = reader.materials.textures.list;
     parts
         .warnings

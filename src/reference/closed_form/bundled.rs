@@ -282,6 +282,7 @@ mod tests {
                 "glass-ball-behind-pane",
                 "water",
                 "pool",
+                "rainbow",
                 "cornell-glass",
                 "cornell-caustics",
                 "turntable-ball",

@@ -137,11 +137,14 @@ pub struct Rounds {
     largest: Vec<Largest>,
     /// The fewest of a round; 0 before any.
     replicates: u32,
+    /// True if contributions may be below zero.
+    is_signed: bool,
 }
 
 impl Rounds {
-    /// The state before any round.
-    pub fn new(texels: usize, map: &LayerMap) -> Self {
+    /// The state before any round. `is_signed` if contributions may be below zero, as those of a single
+    /// wavelength are.
+    pub fn new(texels: usize, map: &LayerMap, is_signed: bool) -> Self {
         Self {
             layers: vec![Weighted::new(texels); map.len()],
             total: Weighted::new(texels),
@@ -151,6 +154,7 @@ impl Rounds {
             paths: 0,
             largest: vec![Largest::NONE; map.len()],
             replicates: 0,
+            is_signed,
         }
     }
 
@@ -231,7 +235,8 @@ impl Rounds {
         };
         let is_camera = camera.is_some();
         // Bounds of few contributions take these for positive.
-        let is_signed = camera.is_some_and(|camera| camera.filter().has_negative_lobes());
+        let is_signed =
+            self.is_signed || camera.is_some_and(|camera| camera.filter().has_negative_lobes());
         let sampling = |weighted: &Weighted, largest: &Largest| {
             if is_signed {
                 return None;

@@ -3,11 +3,15 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use crate::geometry::TraversalCounters;
+use crate::geometry::{Ray, TraversalCounters};
 use crate::numeric::{Extras, FixedPoint, Stream};
-use crate::scene::Scene;
+use crate::radiometry::Rgb;
+use crate::scene::{MaterialsAtWavelength, Scene};
+use crate::spectrum::Wavelengths;
 use crate::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
 use crate::transport::domain::LightSpace;
+use crate::transport::domain::chart::LightChart;
+use crate::transport::domain::patch::ChartPatch;
 use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
@@ -54,11 +58,13 @@ pub struct Task<R> {
     pub counters: TraversalCounters,
 }
 
-/// Consecutive photons of consecutive cells.
+/// Consecutive photons of a cell.
 struct Span {
     cell: usize,
     first: u64,
     count: u64,
+    /// The number of the first among the photons of all cells.
+    number: u64,
 }
 
 impl Job<'_> {
@@ -82,8 +88,20 @@ impl Job<'_> {
             .map(|spans| {
                 let mut tracer = ChainTracer::new(self.scene, self.chains);
                 let mut recipient = recipient();
+                let mut spectrum = MaterialsAtWavelength::new(self.scene);
                 for span in &spans {
-                    self.trace_span(span, photons, &mut tracer, &mut recipient);
+                    match &mut spectrum {
+                        None => self.trace_span(span, photons, &mut tracer, &mut recipient),
+                        Some(spectrum) => {
+                            self.disperse_span(
+                                span,
+                                photons,
+                                spectrum,
+                                &mut tracer,
+                                &mut recipient,
+                            );
+                        }
+                    }
                 }
                 recipient.finish();
                 (self.finished)(spans.iter().map(|span| span.count).sum());
@@ -97,7 +115,10 @@ impl Job<'_> {
 
     /// The fixed-point scale that holds `headroom` times all flux of the light space in one texel.
     pub fn scale(&self, headroom: f64) -> FixedPoint {
-        let total = self.light.flux_bound().max_channel() * headroom;
+        let mut total = self.light.flux_bound().max_channel() * headroom;
+        if !self.scene.dispersion().is_empty() {
+            total *= Wavelengths::get().largest_weight();
+        }
         // Outside 1e±250 W there is no scale. With that of 1 W, deposits that are too large are refused as
         // not representable, and those that are too small round to zero.
         FixedPoint::for_total(total).unwrap_or(FixedPoint::OF_ONE)
@@ -112,14 +133,20 @@ impl Job<'_> {
         let task_photons = TASK_PHOTONS.max(photons >> 16);
         let mut tasks = Vec::new();
         let mut task = Vec::new();
-        let mut size = 0;
+        let (mut size, mut number) = (0, 0);
         for cell in 0..self.light.cells().len() {
             let allotted = self.light.allotment(cell, photons, offset);
             let mut first = 0;
             while first < allotted {
                 let count = (allotted - first).min(task_photons - size);
-                task.push(Span { cell, first, count });
+                task.push(Span {
+                    cell,
+                    first,
+                    count,
+                    number,
+                });
                 first += count;
+                number += count;
                 size += count;
                 if size == task_photons {
                     tasks.push(std::mem::take(&mut task));
@@ -140,33 +167,100 @@ impl Job<'_> {
         tracer: &mut ChainTracer<N>,
         recipient: &mut impl Recipient<N>,
     ) {
-        let stream = self.stream.split(span.cell as u64);
-        let chart = self.light.chart(span.cell);
-        let patch = self.light.cells()[span.cell].patch();
-        let has_area = chart.has_area();
-        // Each photon of the cell stands for all light with probability `share`.
-        let weight = 1.0 / (photons as f64 * self.light.share(span.cell));
-        let strength = Flux::of(chart.strength() * weight);
+        let start = Start::new(self, span.cell, photons);
         for index in span.first..span.first + span.count {
-            let (at, start) = if has_area {
-                let [x, y, u, v] = stream.point4(index);
-                (DVec2::new(x, y), DVec2::new(u, v))
-            } else {
-                (DVec2::from_array(stream.point2(index)), DVec2::ZERO)
-            };
-            let emission = chart.emit(patch, at, start);
-            let strength = match emission.color {
-                Some(color) => Flux::of(chart.strength() * color * weight),
-                None => strength,
-            };
-            let flux = strength * emission.measure;
+            let (ray, flux) = start.photon(index);
             recipient.emitted(flux);
             let mut sink = Sink {
                 recipient,
-                choices: stream.extras(index),
+                choices: start.stream.extras(index),
             };
-            tracer.trace(emission.ray, flux, &mut sink);
+            tracer.trace(ray, flux, &mut sink);
         }
+    }
+
+    /// Traces the photons of a scene with dispersion: each has a wavelength of its own.
+    ///
+    /// Out of line: scenes without dispersion are not to pay for it.
+    #[cold]
+    #[inline(never)]
+    fn disperse_span<const N: usize>(
+        &self,
+        span: &Span,
+        photons: u64,
+        spectrum: &mut MaterialsAtWavelength,
+        tracer: &mut ChainTracer<N>,
+        recipient: &mut impl Recipient<N>,
+    ) {
+        let start = Start::new(self, span.cell, photons);
+        let wavelengths = Wavelengths::get();
+        let numbers = self.stream.split(SPECTRAL);
+        for index in span.first..span.first + span.count {
+            let u = if start.has_area {
+                // All dimensions of a point are taken: even among all photons, and so among a cell's. Groups
+                // have an order of their own, since the points' one would go together with theirs.
+                numbers.padded4(span.number + index - span.first, 0)[0]
+            } else {
+                // Even among a cell's photons and their directions, taken together.
+                start.stream.point4(index)[2]
+            };
+            let wavelength = wavelengths.at(u);
+            let (ray, flux) = start.photon(index);
+            let flux = flux * Flux::of(Rgb(wavelength.weights));
+            recipient.emitted(flux);
+            let mut sink = Sink {
+                recipient,
+                choices: start.stream.extras(index),
+            };
+            tracer.trace_among(spectrum.at(wavelength.nm), ray, flux, &mut sink);
+        }
+    }
+}
+
+/// The start of a cell's photons.
+struct Start<'a, const N: usize> {
+    stream: Stream,
+    chart: &'a LightChart,
+    patch: &'a ChartPatch,
+    has_area: bool,
+    /// Photons that one stands for, by its share of them.
+    weight: f64,
+    strength: Flux<N>,
+}
+
+/// The key of the stream of wavelengths; no cell has it.
+const SPECTRAL: u64 = u64::MAX;
+
+impl<'a, const N: usize> Start<'a, N> {
+    fn new(job: &Job<'a>, cell: usize, photons: u64) -> Self {
+        let chart = job.light.chart(cell);
+        // Each photon of the cell stands for all light with probability `share`.
+        let weight = 1.0 / (photons as f64 * job.light.share(cell));
+        Self {
+            stream: job.stream.split(cell as u64),
+            chart,
+            patch: job.light.cells()[cell].patch(),
+            has_area: chart.has_area(),
+            weight,
+            strength: Flux::of(chart.strength() * weight),
+        }
+    }
+
+    /// The ray and the flux \[W\] of a photon.
+    #[inline]
+    fn photon(&self, index: u64) -> (Ray, Flux<N>) {
+        let (at, start) = if self.has_area {
+            let [x, y, u, v] = self.stream.point4(index);
+            (DVec2::new(x, y), DVec2::new(u, v))
+        } else {
+            (DVec2::from_array(self.stream.point2(index)), DVec2::ZERO)
+        };
+        let emission = self.chart.emit(self.patch, at, start);
+        let strength = match emission.color {
+            Some(color) => Flux::of(self.chart.strength() * color * self.weight),
+            None => self.strength,
+        };
+        (emission.ray, strength * emission.measure)
     }
 }
 

@@ -120,7 +120,7 @@ impl<'a> Setup<'a> {
         let mut run = Run {
             setup: self,
             replicates,
-            rounds: Rounds::new(self.target.texels(), &self.map),
+            rounds: self.rounds(),
         };
         let schedule = Schedule {
             budget,
@@ -140,6 +140,12 @@ impl<'a> Setup<'a> {
             direct.as_ref(),
             incomplete || is_nothing,
         ))
+    }
+
+    /// The state before any round.
+    pub(super) fn rounds(&self) -> Rounds {
+        let is_signed = !self.scene.dispersion().is_empty();
+        Rounds::new(self.target.texels(), &self.map, is_signed)
     }
 
     /// Number of replicates, and of photons of each, for a run of `photons`: at least one photon each.

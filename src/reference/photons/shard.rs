@@ -9,7 +9,6 @@ use std::io::{self, BufRead, Read, Write};
 
 use serde::{Deserialize, Serialize};
 
-use super::finish::Rounds;
 use super::run::Setup;
 use super::settings::{DEFAULT_PHOTONS, Shard};
 use super::sums::{LedgerSums, RoundSums};
@@ -160,7 +159,7 @@ impl Setup<'_> {
         if !given.iter().copied().eq(1..=count) {
             return Err(ShardError::Incomplete { count, given });
         }
-        let mut rounds = Rounds::new(self.target.texels(), &self.map);
+        let mut rounds = self.rounds();
         let mut parts = parts.into_iter();
         if let Some(first) = parts.next() {
             let here = self.identity(sensor, first.run.replicates, first.run.photons_each);

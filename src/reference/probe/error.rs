@@ -27,6 +27,11 @@ pub enum ProbeError {
         /// The emitter, counted from 1 in the scene's order.
         emitter: usize,
     },
+    /// Light has a path for each wavelength.
+    #[error(
+        "\"{0}\" has dispersion: light of each wavelength has a path of its own to a point; leave --dispersion out"
+    )]
+    Dispersion(String),
     /// The depth is larger than a signature can hold.
     #[error("max_depth = {0}: allowed are 0 to {MAX_EVENTS}")]
     Depth(u32),

@@ -50,6 +50,9 @@ pub fn probe_until(
     if settings.max_depth as usize > MAX_EVENTS {
         return Err(ProbeError::Depth(settings.max_depth));
     }
+    if let Some(one) = scene.dispersion().first() {
+        return Err(ProbeError::Dispersion(one.id.clone()));
+    }
     let receiver = Receiver::new(scene, sensor)?;
     let target = ProbeTarget::new(scene, &receiver, uv).ok_or(ProbeError::OffReceiver(uv))?;
     chain_limits::check_starts(scene).map_err(LightSpaceError::from)?;

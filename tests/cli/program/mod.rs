@@ -1,5 +1,6 @@
 //! The program as a user meets it: exit codes, messages, files.
 
+mod dispersion;
 mod ends;
 mod folder;
 mod refusals;
