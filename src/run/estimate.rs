@@ -407,7 +407,7 @@ impl Layer {
             self.values
                 .iter()
                 .zip(&self.standard_error)
-                .map(|(value, error)| (value.mean(), error.mean())),
+                .map(|(value, error)| brightness(*value, *error)),
         )
     }
 }
@@ -435,6 +435,17 @@ pub struct Range {
     pub max: f64,
 }
 
+/// The mean over channels of a value and of its standard error. If a channel is below zero, as of light that
+/// is dispersed, the two are root mean squares: the mean may be nothing where there is light.
+pub(crate) fn brightness(value: Rgb, error: Rgb) -> (f64, f64) {
+    if value.0.iter().all(|channel| *channel >= 0.0) {
+        (value.mean(), error.mean())
+    } else {
+        let size = |channels: Rgb| (channels * channels).mean().sqrt();
+        (size(value), size(error))
+    }
+}
+
 /// √(mean σ²) / mean E over pairs (E, σ) with E > 0.
 pub(crate) fn relative_error(texels: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
     let (mut lit, mut sum, mut squares) = (0_u64, 0.0, 0.0);
@@ -450,4 +461,27 @@ pub(crate) fn relative_error(texels: impl Iterator<Item = (f64, f64)>) -> Option
     }
     let lit = lit as f64;
     Some((squares / lit).sqrt() / (sum / lit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_with_a_channel_below_zero_has_an_error_by_root_mean_squares() {
+        let error = Rgb([0.1, 0.2, 0.3]);
+        // Light that is nowhere below zero: means of channels, as ever.
+        let (value, of_value) = brightness(Rgb([1.0, 2.0, 6.0]), error);
+        assert!((value - 3.0).abs() < 1e-15 && (of_value - 0.2).abs() < 1e-15);
+        // A mean of nothing, and yet light.
+        let (value, of_value) = brightness(Rgb([-3.0, 0.0, 3.0]), error);
+        assert!((value - 6.0_f64.sqrt()).abs() < 1e-15);
+        assert!((of_value - (0.14_f64 / 3.0).sqrt()).abs() < 1e-15);
+        let texels = [
+            (Rgb([-3.0, 0.0, 3.0]), error),
+            (Rgb([-3.0, 0.0, 0.0]), error),
+        ];
+        let all = texels.map(|(value, error)| brightness(value, error));
+        assert!(relative_error(all.into_iter()).is_some());
+    }
 }

@@ -124,7 +124,10 @@ impl Scene {
                 self.objects[shape].material = own;
                 own
             }
-            _ => root,
+            _ => {
+                self.own_what_it_wraps(root);
+                root
+            }
         };
         for material in self.interfaces_of(root) {
             let known = self.dispersion.iter();
@@ -150,12 +153,19 @@ impl Scene {
 
     /// A copy of a material and of all that it wraps.
     fn copy(&mut self, root: MaterialId) -> MaterialId {
+        let copy = MaterialId(self.materials.len() as u32);
+        self.materials.push(self.material(root).clone());
+        self.own_what_it_wraps(copy);
+        copy
+    }
+
+    /// Gives a material copies of all that it wraps: that may be others', too, and have a glass already.
+    fn own_what_it_wraps(&mut self, root: MaterialId) {
         let mut material = self.material(root).clone();
         for nested in material.nested_mut() {
             *nested = self.copy(*nested);
         }
-        self.materials.push(material);
-        MaterialId(self.materials.len() as u32 - 1)
+        self.materials[root.0 as usize] = material;
     }
 
     /// The smooth interfaces that a material is or wraps, each once.

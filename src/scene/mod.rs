@@ -30,7 +30,7 @@ pub use model::Scene;
 pub use notice::{Ignored, SourcePosition, Warning};
 pub use object::{Object, ShapeId};
 pub use parts::{SceneError, SceneParts};
-pub use requirements::{Requirement, is_achromatic, requirements};
+pub use requirements::{Requirement, is_achromatic, is_grey, requirements};
 pub use sensor::{Crop, Film, Perspective, Sensor, SensorKind};
 pub use slide::Slide;
 pub use texture::{

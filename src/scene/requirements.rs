@@ -129,7 +129,7 @@ pub fn is_achromatic(scene: &Scene) -> bool {
 }
 
 /// True if no emitter and no interface has a colour.
-fn is_grey(scene: &Scene) -> bool {
+pub fn is_grey(scene: &Scene) -> bool {
     scene.emitters().iter().all(Emitter::is_grey)
         && scene.objects().iter().all(|object| {
             scene

@@ -20,7 +20,7 @@ const MOST_TERMS: usize = 4;
 /// formula that is typed is taken as it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Glass {
-    /// As it was named.
+    /// The first of its names, or the text of its formula.
     name: String,
     formula: IndexFormula,
     /// The factor from the formula's index to the absolute one.
@@ -41,12 +41,13 @@ impl Glass {
     /// range at visible wavelengths.
     pub fn parse(text: &str) -> Result<Self, GlassError> {
         let name = text.trim();
-        let (formula, around) = if let Some((kind, numbers)) = name.split_once(':') {
-            (typed(name, kind.trim(), numbers)?, 1.0)
+        let (name, formula, around) = if let Some((kind, numbers)) = name.split_once(':') {
+            (name, typed(name, kind.trim(), numbers)?, 1.0)
         } else {
             let glass = glasses::published(name).ok_or_else(|| unknown(name))?;
             let around = if glass.is_in_air { AIR_IOR } else { 1.0 };
-            (IndexFormula::Sellmeier(glass.terms.to_vec()), around)
+            let formula = IndexFormula::Sellmeier(glass.terms.to_vec());
+            (glass.names[0], formula, around)
         };
         match formula.problem() {
             Some(problem) => Err(GlassError(format!("{name}: {problem}"))),
@@ -58,7 +59,7 @@ impl Glass {
         }
     }
 
-    /// As it was named.
+    /// The first of its names, or the text of its formula.
     pub fn name(&self) -> &str {
         &self.name
     }

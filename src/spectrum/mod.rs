@@ -14,6 +14,6 @@ pub mod index;
 pub mod observer;
 pub mod wavelengths;
 
-pub use glass::{Glass, GlassError};
+pub use glass::{AIR_IOR, Glass, GlassError};
 pub use index::IndexFormula;
 pub use wavelengths::{VISIBLE_NM, Wavelength, Wavelengths};

@@ -1,7 +1,8 @@
 //! A prism's rainbow beside its closed form: where lines of the spectrum go, and what colours land where.
 //!
 //! The closed form is written down here once more: the prism of the scene `rainbow` in the plane of the page,
-//! Schott's published coefficients of SF11, Snell's law and Fresnel's equations, the CIE's curves.
+//! Schott's published coefficients of SF11, Snell's law and Fresnel's equations. Of the crate it takes the
+//! tables of the CIE's curves, and the matrix to sRGB.
 
 use glam::{DVec2, DVec3};
 use nephroid::internals::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
@@ -94,7 +95,7 @@ fn traced(scene: &Scene, wavelength: f64, turned: f64) -> f64 {
     exit.0.unwrap().angle_between(direction)
 }
 
-/// The bar of the issue. What is left is the mesh, rounded to single precision (6e-8 of 3 cm in a vertex, 1e-7
+/// What is allowed. What is left is the mesh, rounded to single precision (6e-8 of 3 cm in a vertex, 1e-7
 /// rad in a facet's normal), and the scene's angles, which have eight digits.
 const LINE_ERROR: f64 = 1e-6;
 

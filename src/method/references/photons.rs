@@ -1,6 +1,6 @@
 //! Photons as a method.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::method::memory::{self, Layers, channels};
 use crate::method::reference::{About, Job, Reference};
@@ -10,7 +10,7 @@ use crate::reference::photons::run::Setup;
 use crate::reference::photons::{DEFAULT_PHOTONS, PhotonSettings};
 use crate::run::format::relative;
 use crate::run::{Cost, Counter, Error, Estimate, Progress, Refusal, Rendering};
-use crate::scene::{Scene, Sensor};
+use crate::scene::{Scene, Sensor, is_grey};
 use crate::setting::{Setting, Values};
 use crate::spectrum::VISIBLE_NM;
 use crate::transport::chain::ChainSettings;
@@ -162,12 +162,18 @@ pub(crate) fn rendering(
 fn spectral_line(scene: &Scene) -> Option<String> {
     let first = scene.dispersion().first()?;
     let [low, high] = VISIBLE_NM;
-    let others = match scene.dispersion().len() - 1 {
+    let ids: BTreeSet<&str> = scene.dispersion().iter().map(|one| &*one.id).collect();
+    let others = match ids.len() - 1 {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
+    let coloured = if is_grey(scene) {
+        ""
+    } else {
+        "; light or things have colours: single wavelengths may have power below zero"
+    };
     Some(format!(
-        "dispersion: {} is {}{others}; wavelengths from {low} to {high} nm, colours by CIE 1931, white is D65",
+        "dispersion: {} is {}{others}; wavelengths from {low} to {high} nm, colours by CIE 1931, white is D65{coloured}",
         first.id, first.glass
     ))
 }

@@ -3,6 +3,7 @@
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::syntax::{Value, shortened};
 use crate::setting::did_you_mean;
+use crate::spectrum::AIR_IOR;
 
 use super::plugin::Plugin;
 
@@ -14,7 +15,7 @@ const NAMED: [(&str, f64); 23] = [
     ("vacuum", 1.0),
     ("helium", 1.000036),
     ("hydrogen", 1.000132),
-    ("air", 1.000277),
+    ("air", AIR_IOR),
     ("carbon dioxide", 1.00045),
     ("water", 1.333),
     ("acetone", 1.36),

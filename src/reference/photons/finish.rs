@@ -18,7 +18,7 @@ use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
 use crate::reference::Target;
-use crate::run::estimate::relative_error;
+use crate::run::estimate::{brightness, relative_error};
 use crate::run::{Estimate, Interval, Layer, LayerName};
 use crate::transport::direct::Direct;
 use crate::transport::ledger::{FluxByFate, Ledger};
@@ -121,7 +121,7 @@ fn texel_estimate(sums: &Accumulator, texel: usize) -> (Rgb, Rgb) {
 pub(super) fn relative_error_of(sums: &RoundSums) -> Option<f64> {
     relative_error((0..sums.total.texels()).map(|texel| {
         let (mean, error) = texel_estimate(&sums.total, texel);
-        (mean.mean(), error.mean())
+        brightness(mean, error)
     }))
 }
 

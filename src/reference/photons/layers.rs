@@ -121,7 +121,8 @@ impl Recipient<3> for Pilot<'_> {
         if let Some(factor) = self.factor(arrival, counters)
             && !arrival.signature.is_empty()
         {
-            let counted = (arrival.flux.rgb() * factor).mean();
+            // A wavelength counts below zero in some channel.
+            let counted = (Rgb(arrival.flux.rgb().0.map(f64::abs)) * factor).mean();
             // The run itself reports flux that does not fit.
             let quanta = self.scale.quantise(counted).unwrap_or(0);
             *self.received.entry(arrival.signature).or_default() += i128::from(quanta);

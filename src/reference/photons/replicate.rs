@@ -70,7 +70,8 @@ struct Span {
 impl Job<'_> {
     /// Traces `photons` photons.
     ///
-    /// Every photon is keyed by (stream, cell, number in the cell), so its path depends on nothing else.
+    /// Every photon is keyed by (stream, cell, number in the cell), so its path depends on nothing else. The
+    /// wavelength of an area light's or an environment's is keyed by its number among those of all cells.
     /// Tasks come in the order of their cells.
     ///
     /// After `stop` asked for an end, the tasks not yet started are missing.
