@@ -12,7 +12,7 @@ use super::render::set_threads;
 use crate::study::StudyFile;
 use crate::study::file::{StudyWishes, report_folder};
 use crate::study::report::{PosesReport, StudyReport, Timings, markdown};
-use crate::study::validation::{self, Report, Standing};
+use crate::study::validation::{self, Report};
 pub use args::ValidateArgs;
 use list::list;
 use told::Teller;
@@ -38,10 +38,10 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
         Some(Report::Poses(found)) => print_poses(args, &found, &folder)?,
         None => (),
     }
-    Ok(match validated.standing {
-        Standing::Complete => Outcome::Complete,
-        Standing::Incomplete => Outcome::Incomplete,
-        Standing::Exceeded => Outcome::Apart,
+    Ok(match (validated.is_kept, validated.is_complete) {
+        (false, _) => Outcome::Apart,
+        (true, false) => Outcome::Incomplete,
+        (true, true) => Outcome::Complete,
     })
 }
 

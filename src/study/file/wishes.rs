@@ -33,11 +33,18 @@ impl StudyFile {
         let is_toml = path
             .extension()
             .is_some_and(|extension| extension == "toml");
-        let mut file = if is_toml {
+        let file = if is_toml {
             Self::read(path)?
         } else {
             Self::of_scene(path)
         };
+        Ok(file.with(wishes))
+    }
+
+    /// The same study with some wishes.
+    #[must_use]
+    pub fn with(mut self, wishes: &StudyWishes) -> Self {
+        let file = &mut self;
         for (key, value) in &wishes.define {
             file.define.retain(|(name, _)| name != key);
             file.define.push((key.clone(), value.clone()));
@@ -56,7 +63,7 @@ impl StudyFile {
             });
             file.max_error.push(limit.clone());
         }
-        Ok(file)
+        self
     }
 }
 

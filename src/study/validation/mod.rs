@@ -6,51 +6,41 @@
 //! | `runs.rs` | the runs of one study, one after the other |
 //! | `candidates.rs` | images rendered elsewhere, checked and copied |
 //! | `news.rs` | what a study tells of its course |
+//! | `validated.rs` | what came of a study |
 
 mod candidates;
 mod news;
 mod runs;
+mod validated;
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::StudyError;
 use super::file::StudyFile;
-use super::report::{Pose, PosesReport, StudyReport, Timings};
+use super::report::{Pose, PosesReport};
 use super::session::Session;
 use super::store::Store;
 use crate::film::atomic;
 use crate::run::Context;
+use crate::scene::Scene;
 pub use news::{Done, Left, News, Task, Watcher};
 use runs::Course;
+pub use validated::{Report, Validated};
 
-/// How well a study went, the best first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Standing {
-    /// All runs are made, and all limits kept.
-    Complete,
-    /// It was stopped, or its time was over before its end.
-    Incomplete,
-    /// A figure is above its limit, or the truth cannot tell.
-    Exceeded,
-}
-
-/// What came of a study.
-#[derive(Clone, Debug)]
-pub struct Validated {
-    /// How well it went.
-    pub standing: Standing,
-    /// Its figures; `None` if it was stopped.
-    pub report: Option<Report>,
-}
-
-/// The figures of a study, as they are written into its folder.
-#[derive(Clone, Debug)]
-pub enum Report {
-    /// Of a study of one pose.
-    One(Box<(StudyReport, Timings)>),
-    /// Over all poses.
-    Poses(PosesReport),
+impl<W: Watcher> Course<'_, W> {
+    /// A study of one pose.
+    fn one(&mut self, session: &Session, folder: &Path) -> Result<Validated, StudyError> {
+        let (is_complete, found) = self.study(session, folder)?;
+        let is_kept = found.as_ref().is_none_or(|(report, _)| report.is_kept());
+        let report = found.map(|found| Report::One(Box::new(found)));
+        Ok(Validated {
+            is_complete,
+            is_kept,
+            report,
+        })
+    }
 }
 
 /// Opens a study with the films that are in its folder, which is made if it is missing.
@@ -59,12 +49,39 @@ pub enum Report {
 ///
 /// If the study cannot be planned, or the folder not be written to.
 pub fn open(file: &StudyFile, folder: &Path) -> Result<Session, StudyError> {
+    Session::new(file, store(folder)?)
+}
+
+/// The films in a study's folder, which is made if it is missing.
+fn store(folder: &Path) -> Result<Store, StudyError> {
     std::fs::create_dir_all(folder).map_err(|cause| StudyError::Folder {
         folder: folder.to_owned(),
         cause,
     })?;
     atomic::check(&folder.join("index.html"))?;
-    Session::new(file, Store::open(&folder.join("runs"))?)
+    Ok(Store::open(&folder.join("runs"))?)
+}
+
+/// As [`validate`], of a scene that is read already: the study's parameters and poses, which are of files, do not
+/// count.
+///
+/// # Errors
+///
+/// As [`validate`].
+pub fn validate_scene(
+    scene: Arc<Scene>,
+    file: &StudyFile,
+    folder: &Path,
+    context: &Context,
+    watcher: &mut impl Watcher,
+) -> Result<Validated, StudyError> {
+    let start = Instant::now();
+    let mut course = Course {
+        context,
+        start,
+        watcher,
+    };
+    course.one(&Session::of_scene(scene, file, store(folder)?)?, folder)
 }
 
 /// Makes all runs of a study that are not in its folder, and writes its report there. A study with poses is one
@@ -86,21 +103,19 @@ pub fn validate(
         watcher,
     };
     if file.poses.is_empty() {
-        let (standing, found) = course.study(&open(file, folder)?, folder)?;
-        let report = found.map(|found| Report::One(Box::new(found)));
-        return Ok(Validated { standing, report });
+        return course.one(&open(file, folder)?, folder);
     }
     if let Some(candidate) = file.candidates.first() {
         return Err(StudyError::CandidateOfPoses(candidate.name.clone()));
     }
     let all = file.poses.len();
-    let mut standing = Standing::Complete;
+    let (mut is_complete, mut is_kept) = (true, true);
     let mut reports = Vec::new();
     for (number, define) in (1..).zip(&file.poses) {
         let is_late = file.time.is_some_and(|time| start.elapsed() >= time);
         if number > 1 && is_late {
             course.watcher.hear(News::PosesLeft(all + 1 - number, all));
-            standing = standing.max(Standing::Incomplete);
+            is_complete = false;
             break;
         }
         course.watcher.hear(News::Pose(number, all, define));
@@ -109,16 +124,25 @@ pub fn validate(
             folder: format!("pose-{number:03}"),
         };
         let own = folder.join(&pose.folder);
-        let (of_pose, found) = course.study(&open(&file.of_pose(define), &own)?, &own)?;
-        standing = standing.max(of_pose);
-        if context.progress.is_stopped() {
+        let (is_whole, found) = course.study(&open(&file.of_pose(define), &own)?, &own)?;
+        is_complete &= is_whole;
+        let Some((report, _)) = found else {
             let report = None;
-            return Ok(Validated { standing, report });
-        }
-        reports.extend(found.map(|(report, _)| (pose, report)));
+            return Ok(Validated {
+                is_complete,
+                is_kept,
+                report,
+            });
+        };
+        is_kept &= report.is_kept();
+        reports.push((pose, report));
     }
     let report = PosesReport::new(&reports);
     report.write(folder)?;
     let report = Some(Report::Poses(report));
-    Ok(Validated { standing, report })
+    Ok(Validated {
+        is_complete,
+        is_kept,
+        report,
+    })
 }

@@ -5,11 +5,11 @@ use std::time::{Duration, Instant};
 
 use super::super::StudyError;
 use super::super::plan::{SensorPlan, StudyRun};
-use super::super::report::{self, GateVerdict, JudgedFilm, SensorFilms, StudyReport, Timings};
+use super::super::report::{self, JudgedFilm, SensorFilms, StudyReport, Timings};
 use super::super::session::{Attributed, Obtained, Session};
 use super::super::store::StoredRun;
+use super::candidates;
 use super::news::{Done, Left, News, Task, Watcher};
-use super::{Standing, candidates};
 use crate::run::Context;
 
 /// Studies under way.
@@ -23,7 +23,7 @@ pub struct Course<'a, W> {
 }
 
 impl<W: Watcher> Course<'_, W> {
-    /// Makes a study, and writes its report; there is none if it was stopped.
+    /// Makes a study, and writes its report; there is none if it was stopped. False if it is not complete.
     ///
     /// # Errors
     ///
@@ -32,7 +32,7 @@ impl<W: Watcher> Course<'_, W> {
         &mut self,
         session: &Session,
         folder: &Path,
-    ) -> Result<(Standing, Option<(StudyReport, Timings)>), StudyError> {
+    ) -> Result<(bool, Option<(StudyReport, Timings)>), StudyError> {
         let plan = &session.plan;
         let all = plan.count();
         self.watcher.hear(News::Planned(plan, folder));
@@ -56,15 +56,21 @@ impl<W: Watcher> Course<'_, W> {
                 Filled::Stopped => {
                     let done = work.done;
                     self.watcher.hear(News::Stopped(done, all));
-                    return Ok((Standing::Incomplete, None));
+                    return Ok((false, None));
                 }
             }
         }
-        let left = work.left_out;
+        let (done, left) = (work.done, work.left_out);
         let rows: usize = films.iter().map(|one| one.judged.len()).sum();
-        let (mut report, timings) = report::build(session, &films, &mut |i, label| {
+        let progress = &self.context.progress;
+        let built = report::build(session, &films, &mut |i, label| {
             self.watcher.hear(News::Judges(i + 1, rows, label));
+            !progress.is_stopped()
         })?;
+        let Some((mut report, timings)) = built else {
+            self.watcher.hear(News::Stopped(done, all));
+            return Ok((false, None));
+        };
         if left > 0 {
             report.warnings.push(format!(
                 "{left} runs were not made: the study's time was over"
@@ -72,18 +78,7 @@ impl<W: Watcher> Course<'_, W> {
         }
         report::write(folder, &report, &timings)?;
         self.watcher.hear(News::Judged(&report));
-        Ok((standing(&report, left), Some((report, timings))))
-    }
-}
-
-/// The standing of a report that lacks some runs.
-fn standing(report: &StudyReport, left: usize) -> Standing {
-    let mut gates = report.sensors.iter().flat_map(|sensor| &sensor.gates);
-    let is_kept = gates.all(|gate| gate.verdict == GateVerdict::Kept);
-    match (is_kept, left) {
-        (false, _) => Standing::Exceeded,
-        (true, 0) => Standing::Complete,
-        (true, _) => Standing::Incomplete,
+        Ok((left == 0, Some((report, timings))))
     }
 }
 

@@ -6,3 +6,4 @@ mod poses;
 mod report;
 mod sensors;
 mod verdicts;
+mod watched;
