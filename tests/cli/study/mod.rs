@@ -1,5 +1,7 @@
 //! `nephroid validate` as a user meets it: reports, figures, candidates, limits, interruption.
 
+#[cfg(unix)]
+mod action;
 mod course;
 mod folder;
 mod poses;
