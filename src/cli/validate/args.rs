@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::super::args::{CacheArgs, parse_define, parse_fraction};
+use super::super::args::{CacheArgs, parse_define, parse_fraction, parse_shard};
+use crate::reference::photons::Shard;
 use crate::study::file::StudyCandidate;
 use crate::study::limit::{self, StudyLimit};
 
@@ -52,6 +53,11 @@ pub struct ValidateArgs {
     /// Threads [default: all cores]; figures do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+
+    /// Make only part K of N of the runs, and no report; parts may run at once on machines that share the
+    /// folder. The command without this flag then writes the report
+    #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with_all = ["list", "json"])]
+    pub shard: Option<Shard>,
 
     /// List the runs, and which of them are done, and make none
     #[arg(long)]

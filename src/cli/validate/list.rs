@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::study::report::parameters;
-use crate::study::validation::open;
+use crate::study::validation::{open, pose_folder};
 use crate::study::{Session, StudyError, StudyFile, attribution};
 
 /// Lists the runs of a study, pose by pose.
@@ -18,7 +18,7 @@ pub fn list(file: &StudyFile, folder: &Path) -> Result<(), StudyError> {
     let all = file.poses.len();
     for (number, define) in (1..).zip(&file.poses) {
         eprintln!("pose {number} of {all}: {}", parameters(define));
-        let own = folder.join(format!("pose-{number:03}"));
+        let own = folder.join(pose_folder(number));
         runs(&open(&file.of_pose(define), &own)?)?;
     }
     Ok(())

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use super::outcome::Outcome;
 use super::progress;
 use super::render::set_threads;
+use crate::reference::photons::Shard;
 use crate::study::StudyFile;
 use crate::study::file::{StudyWishes, report_folder};
 use crate::study::report::{PosesReport, StudyReport, Timings, markdown};
@@ -30,6 +31,20 @@ pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
     let folder = folder(args);
     if args.list {
         list(&file, &folder)?;
+        return Ok(Outcome::Complete);
+    }
+    if let Some(shard) = args.shard {
+        let teller = &mut Teller::default();
+        let is_complete = validation::validate_shard(&file, shard, &folder, &context, teller)?;
+        if !is_complete {
+            return Ok(Outcome::Incomplete);
+        }
+        let Shard { index, count } = shard;
+        say!(
+            "part {} of {count} is in {}; the command without --shard writes the report",
+            index + 1,
+            folder.display()
+        );
         return Ok(Outcome::Complete);
     }
     let validated = validation::validate(&file, &folder, &context, &mut Teller::default())?;

@@ -23,10 +23,11 @@ use super::report::{Pose, PosesReport};
 use super::session::Session;
 use super::store::Store;
 use crate::film::atomic;
+use crate::reference::photons::Shard;
 use crate::run::Context;
 use crate::scene::Scene;
 pub use news::{Done, Left, News, Task, Watcher};
-use runs::Course;
+use runs::{Course, Deal};
 pub use validated::{Report, Validated};
 
 impl<W: Watcher> Course<'_, W> {
@@ -62,8 +63,50 @@ fn store(folder: &Path) -> Result<Store, StudyError> {
     Ok(Store::open(&folder.join("runs"))?)
 }
 
-/// As [`validate`], of a scene that is read already: the study's parameters and poses, which are of files, do not
-/// count.
+/// Makes those runs of a study that are dealt to a shard, and no report: [`validate`] writes it once all
+/// shards are done, with the same folder. False if it was stopped, or its time was over before its end.
+///
+/// # Errors
+///
+/// As [`validate`].
+pub fn validate_shard(
+    file: &StudyFile,
+    shard: Shard,
+    folder: &Path,
+    context: &Context,
+    watcher: &mut impl Watcher,
+) -> Result<bool, StudyError> {
+    let start = Instant::now();
+    let mut course = Course {
+        context,
+        start,
+        watcher,
+    };
+    let mut deal = Deal { shard, dealt: 0 };
+    if file.poses.is_empty() {
+        return course.share(&open(file, folder)?, folder, &mut deal);
+    }
+    let all = file.poses.len();
+    let mut is_complete = true;
+    for (number, define) in (1..).zip(&file.poses) {
+        course.watcher.hear(News::Pose(number, all, define));
+        let own = folder.join(pose_folder(number));
+        let session = open(&file.of_pose(define), &own)?;
+        is_complete &= course.share(&session, &own, &mut deal)?;
+        if context.progress.is_stopped() {
+            break;
+        }
+    }
+    Ok(is_complete)
+}
+
+/// The folder of a pose, whose number is from 1.
+pub fn pose_folder(number: usize) -> String {
+    format!("pose-{number:03}")
+}
+
+/// As [`validate`], of a scene that is read already: the study's parameters and poses, which are of files, do
+/// not count.
 ///
 /// # Errors
 ///
@@ -84,8 +127,8 @@ pub fn validate_scene(
     course.one(&Session::of_scene(scene, file, store(folder)?)?, folder)
 }
 
-/// Makes all runs of a study that are not in its folder, and writes its report there. A study with poses is one
-/// study after the other, each in a folder of its own, and figures over all of them.
+/// Makes all runs of a study that are not in its folder, and writes its report there. A study with poses is
+/// one study after the other, each in a folder of its own, and figures over all of them.
 ///
 /// # Errors
 ///
@@ -121,7 +164,7 @@ pub fn validate(
         course.watcher.hear(News::Pose(number, all, define));
         let pose = Pose {
             define: define.clone(),
-            folder: format!("pose-{number:03}"),
+            folder: pose_folder(number),
         };
         let own = folder.join(&pose.folder);
         let (is_whole, found) = course.study(&open(&file.of_pose(define), &own)?, &own)?;

@@ -10,6 +10,7 @@ use super::super::session::{Attributed, Obtained, Session};
 use super::super::store::StoredRun;
 use super::candidates;
 use super::news::{Done, Left, News, Task, Watcher};
+use crate::reference::photons::Shard;
 use crate::run::Context;
 
 /// Studies under way.
@@ -41,13 +42,7 @@ impl<W: Watcher> Course<'_, W> {
         for sensor in &plan.sensors {
             copies.push(candidates::copy(session, sensor)?);
         }
-        let mut work = Work {
-            session,
-            course: self,
-            fresh: Vec::new(),
-            done: 0,
-            left_out: 0,
-        };
+        let mut work = Work::new(session, self, all);
         let mut films = Vec::new();
         for (sensor, copied) in plan.sensors.iter().zip(copies) {
             match work.sensor(sensor, copied)? {
@@ -82,10 +77,76 @@ impl<W: Watcher> Course<'_, W> {
     }
 }
 
+impl<W: Watcher> Course<'_, W> {
+    /// Makes the runs of a study that are dealt to a shard, and no report. False if it was stopped, or its
+    /// time was over.
+    ///
+    /// # Errors
+    ///
+    /// If a run cannot be made.
+    pub fn share(
+        &mut self,
+        session: &Session,
+        folder: &Path,
+        deal: &mut Deal,
+    ) -> Result<bool, StudyError> {
+        let plan = &session.plan;
+        self.watcher.hear(News::Planned(plan, folder));
+        let mut dealt: Vec<(&SensorPlan, Option<&StudyRun>)> = Vec::new();
+        for sensor in &plan.sensors {
+            let runs = sensor.runs.iter().map(|run| (sensor, Some(run)));
+            dealt.extend([(sensor, None)].into_iter().chain(runs));
+        }
+        dealt.retain(|_| deal.is_mine());
+        let count = dealt.iter().map(|(sensor, run)| match run {
+            Some(_) => 1,
+            None => 1 + sensor.attributed.len(),
+        });
+        let all = count.sum();
+        let mut work = Work::new(session, self, all);
+        for (sensor, run) in dealt {
+            if work.is_time_over() {
+                work.left_out += 1;
+                continue;
+            }
+            let goes_on = match run {
+                Some(run) => work.obtain(sensor, run, "")?.is_some(),
+                None => work.truth_and_stages(sensor)?,
+            };
+            if !goes_on {
+                let done = work.done;
+                self.watcher.hear(News::Stopped(done, all));
+                return Ok(false);
+            }
+        }
+        Ok(work.left_out == 0)
+    }
+}
+
+/// Deals runs to shards, one after the other. A truth and the attributions that need its film are dealt as
+/// one.
+pub struct Deal {
+    /// Whom they are dealt to.
+    pub shard: Shard,
+    /// How many were dealt.
+    pub dealt: u32,
+}
+
+impl Deal {
+    /// True if the next one is this shard's.
+    fn is_mine(&mut self) -> bool {
+        let next = self.dealt % self.shard.count;
+        self.dealt += 1;
+        next == self.shard.index
+    }
+}
+
 /// The runs of a study under way.
 struct Work<'a, 'b, 'c, W> {
     session: &'a Session,
     course: &'c mut Course<'b, W>,
+    /// Runs to make.
+    all: usize,
     /// Seconds of runs that were not in the store, the truths' apart: those take longest.
     fresh: Vec<f64>,
     done: usize,
@@ -103,7 +164,36 @@ enum Filled<'a> {
     Stopped,
 }
 
-impl<'a, W: Watcher> Work<'a, '_, '_, W> {
+impl<'a, 'b, 'c, W: Watcher> Work<'a, 'b, 'c, W> {
+    fn new(session: &'a Session, course: &'c mut Course<'b, W>, all: usize) -> Self {
+        Self {
+            session,
+            course,
+            all,
+            fresh: Vec::new(),
+            done: 0,
+            left_out: 0,
+        }
+    }
+
+    /// A sensor's truth, and the attributions that need its film. False if it was stopped.
+    fn truth_and_stages(&mut self, plan: &SensorPlan) -> Result<bool, StudyError> {
+        let Some(truth) = self.obtain(plan, &plan.truth, "truth, ")? else {
+            return Ok(false);
+        };
+        for run in &plan.attributed {
+            if self.is_time_over() {
+                self.left_out += 1;
+                continue;
+            }
+            self.stages(plan, run, &truth.stored)?;
+            if self.is_stopped() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
     /// All runs of a sensor, with the candidates that are there already.
     fn sensor(
         &mut self,
@@ -166,7 +256,7 @@ impl<'a, W: Watcher> Work<'a, '_, '_, W> {
     fn begin(&mut self, name: String) -> Task {
         let task = Task {
             number: self.done + 1,
-            all: self.session.plan.count(),
+            all: self.all,
             name,
         };
         self.course.watcher.hear(News::Begins(&task));

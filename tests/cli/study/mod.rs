@@ -7,5 +7,6 @@ mod folder;
 mod poses;
 mod report;
 mod sensors;
+mod shards;
 mod verdicts;
 mod watched;
