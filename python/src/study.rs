@@ -199,16 +199,18 @@ pub fn validate_study(
         })
     };
     let text = wish.study;
+    // The text has no file: paths in it are relative to the working folder.
+    let parsed = |text: &str| StudyFile::parse("<study>".as_ref(), text);
     let done = work_told(py, wish.threads, &watched, progress, told, move || {
         let Some(scene) = scene else {
             let file = match text {
-                Some(text) => StudyFile::parse(&path, &text)?.with(&wishes),
+                Some(text) => parsed(&text)?.with(&wishes),
                 None => StudyFile::wanted(&path, &wishes)?,
             };
             return validate(&file, &folder, &context, &mut note);
         };
         let file = match text {
-            Some(text) => StudyFile::parse("<study>".as_ref(), &text)?,
+            Some(text) => parsed(&text)?,
             None => StudyFile::of_scene(""),
         };
         let file = StudyFile {

@@ -146,11 +146,22 @@ def test_a_dict_is_a_study_of_a_file_or_of_a_scene_that_is_read_already(program,
     assert [row.l1 for row in report.rows] == [row.l1 for row in told.rows]
 
 
+def test_paths_of_a_dict_are_relative_to_the_working_folder(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(SCENES, tmp_path / "scenes")
+    film = ne.render(ne.load_file(GLASS, size=8), photons=4096)
+    film.save("mine.exr")
+    study = {"scene": "scenes/glass-ball.xml", **SHORT, "candidate": [{"name": "mine", "file": "mine.exr", "seconds": 2.5}]}
+    row = ne.validate(study, "r", size=8).rows[-1]
+    assert (row.name, row.method, row.seconds) == ("mine", None, 2.5)
+
+
 def test_dicts_that_are_no_study_say_where(tmp_path):
     scene = ne.load_file(GLASS, size=8)
-    with pytest.raises(ne.LoadError, match="sede") as found:
-        ne.validate({"scene": scene, "sede": 3}, tmp_path)
-    assert found.value.line == 2
+    for one in (scene, GLASS):
+        with pytest.raises(ne.LoadError, match="sede") as found:
+            ne.validate({"scene": one, "sede": 3}, tmp_path)
+        assert (found.value.file, found.value.line) == ("<study>", 2)
     with pytest.raises(ne.SettingError, match='"scene" is a Scene'):
         ne.validate({"truth": {"method": "beams"}}, tmp_path)
     with pytest.raises(ne.SettingError, match="poses is of a scene's file"):
