@@ -262,3 +262,135 @@ fn the_map_says_why_each_dependency_is_there() {
         "the table of ARCHITECTURE.md and Cargo.toml differ"
     );
 }
+
+/// Versions by name, and among them by the part that must agree: two versions of one such part are never needed.
+fn locked(lock: &str) -> BTreeMap<(String, String), String> {
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(lock)).unwrap();
+    let lock: toml::Table = text.parse().unwrap();
+    let packages = lock["package"].as_array().unwrap().iter();
+    let all = packages.map(|package| {
+        let [name, version] = ["name", "version"].map(|key| package[key].as_str().unwrap());
+        let parts: Vec<&str> = version.split('.').collect();
+        let compatible = match parts[..] {
+            ["0", "0", patch] => format!("0.0.{patch}"),
+            ["0", minor, ..] => format!("0.{minor}"),
+            _ => parts[0].to_owned(),
+        };
+        ((name.to_owned(), compatible), version.to_owned())
+    });
+    all.collect()
+}
+
+/// A study's films are found by what they were made from: the Python module is to compute what the program does.
+#[test]
+fn the_python_module_is_built_from_the_programs_versions() {
+    let (own, python) = (locked("Cargo.lock"), locked("python/Cargo.lock"));
+    let shared: Vec<_> = own.keys().filter(|key| python.contains_key(key)).collect();
+    assert!(shared.len() > 100, "{} shared crates", shared.len());
+    for key in shared {
+        assert_eq!(own[key], python[key], "{}", key.0);
+    }
+}
+
+/// The files that a package would have.
+fn packaged() -> BTreeSet<String> {
+    let output = Command::new(std::env::var("CARGO").unwrap_or("cargo".to_owned()))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["package", "--list", "--allow-dirty", "--offline"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let list = String::from_utf8(output.stdout).unwrap();
+    list.lines().map(|line| line.replace('\\', "/")).collect()
+}
+
+/// All files below a folder.
+fn below(folder: &str, files: &mut Vec<String>) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for entry in fs::read_dir(root.join(folder)).unwrap() {
+        let entry = entry.unwrap();
+        let name = format!("{folder}/{}", entry.file_name().to_str().unwrap());
+        if entry.file_type().unwrap().is_dir() {
+            below(&name, files);
+        } else {
+            files.push(name);
+        }
+    }
+}
+
+#[test]
+fn a_package_has_all_that_builds_it_and_no_tests() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let packaged = packaged();
+    let mut needed = Vec::new();
+    below("src", &mut needed);
+    for name in ["README.md", "build.rs", "Cargo.lock", "CITATION.cff"] {
+        needed.push(name.to_owned());
+    }
+    // Files that the source includes, wherever they are.
+    for file in needed.clone() {
+        let Ok(source) = fs::read_to_string(root.join(&file)) else {
+            continue;
+        };
+        for name in source.split("include_str!(\"").skip(1) {
+            let name = name.split('"').next().unwrap();
+            let path = root.join(&file).parent().unwrap().join(name);
+            let path = path.canonicalize().unwrap();
+            let name = path.strip_prefix(root.canonicalize().unwrap()).unwrap();
+            needed.push(name.to_str().unwrap().replace('\\', "/"));
+        }
+    }
+    let mut scenes = Vec::new();
+    below("scenes", &mut scenes);
+    needed.extend(scenes.into_iter().filter(|name| name.ends_with(".xml")));
+    // What README shows.
+    let readme = fs::read_to_string(root.join("README.md")).unwrap();
+    for picture in readme.split("![").skip(1) {
+        let (_, link) = picture.split_once("](").unwrap();
+        needed.push(link.split(')').next().unwrap().to_owned());
+    }
+    assert!(needed.iter().any(|name| name == "docs/coffee-cup.png"));
+    for name in &needed {
+        assert!(packaged.contains(name), "the package lacks {name}");
+    }
+    let is_odd = |name: &&String| {
+        let folders = ["tests/", "benches/", "fuzz/", "python/", "."];
+        let is_below = folders.iter().any(|folder| name.starts_with(folder));
+        (is_below && *name != ".cargo_vcs_info.json") || name.ends_with(".ply")
+    };
+    assert_eq!(packaged.iter().find(is_odd), None);
+    let sizes = packaged.iter().map(|name| root.join(name).metadata());
+    let bytes: u64 = sizes.filter_map(|one| Some(one.ok()?.len())).sum();
+    assert!(bytes < 6_000_000, "{bytes} bytes");
+}
+
+/// Recipes that build the program elsewhere take a compiler that is new enough, and files that are there.
+#[test]
+fn recipes_name_what_there_is() {
+    let read = |name: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        fs::read_to_string(path).unwrap()
+    };
+    let metadata = metadata();
+    let version = text(own(&metadata), "rust_version");
+    let container = read("Containerfile");
+    assert!(
+        container.contains(&format!("rust:{version}-")),
+        "{container}"
+    );
+    // A folder that the build reads is left out of no container.
+    let ignored = read(".dockerignore");
+    for name in ["src", "scenes", "build.rs", "README.md", ".git"] {
+        assert!(!ignored.lines().any(|line| line == name), "{name}");
+    }
+    assert!(read("action.yml").contains(".github/validate.sh"));
+    let citation = read("CITATION.cff");
+    let version = format!("\nversion: {}\n", text(own(&metadata), "version"));
+    assert!(citation.contains(&version), "{citation}");
+    for manifest in ["Cargo.toml", "python/Cargo.toml"] {
+        let version = version.replace(": ", " = \"").replacen('\n', "", 1);
+        let version = format!("{}\"", version.trim_end());
+        assert!(read(manifest).contains(&version), "{manifest}: {version}");
+    }
+}

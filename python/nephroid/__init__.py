@@ -18,14 +18,17 @@ from ._about import Attribution, Inspection, LightPath, Probe, Shares, Stage, at
 from ._compare import Comparison, compare
 from ._dict import load_dict
 from ._errors import Error, LoadError, RefusedError, SettingError
-from ._nephroid import Film, Layer, Progress, Scene, __version__
+from ._nephroid import Film, Layer, Progress, Scene, StudyProgress, __version__
+from ._study import Bounded, Gate, Report, Row, validate
 from ._text import checked_scene, parameters, wish
 
 __all__ = [
     "Attribution",
+    "Bounded",
     "Comparison",
     "Error",
     "Film",
+    "Gate",
     "Inspection",
     "Layer",
     "LightPath",
@@ -33,10 +36,13 @@ __all__ = [
     "Probe",
     "Progress",
     "RefusedError",
+    "Report",
+    "Row",
     "Scene",
     "SettingError",
     "Shares",
     "Stage",
+    "StudyProgress",
     "__version__",
     "attribute",
     "compare",
@@ -50,6 +56,7 @@ __all__ = [
     "render",
     "shard",
     "tell",
+    "validate",
 ]
 
 #: Told of a run about every 100 ms. Returning False stops it.
@@ -143,13 +150,14 @@ def methods() -> dict[str, dict[str, Any]]:
     return _nephroid.methods()
 
 
-def tell(bar: Any) -> Callback:
-    """A callback for a progress bar with ``total``, ``n`` and ``refresh()``, as those of tqdm.
+def tell(bar: Any) -> Callable[[Progress | StudyProgress], object]:
+    """A callback for a progress bar with ``total``, ``n`` and ``refresh()``, as those of tqdm: of work done in a run, or
+    of runs done in a study.
 
     >>> ne.render(scene, photons=1 << 24, progress=ne.tell(tqdm(unit="photons", unit_scale=True)))
     """
 
-    def callback(progress: Progress) -> None:
+    def callback(progress: Progress | StudyProgress) -> None:
         bar.total = progress.expected
         bar.n = progress.done
         bar.refresh()

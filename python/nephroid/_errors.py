@@ -16,7 +16,7 @@ class SettingError(Error, ValueError):
 
 
 class LoadError(Error):
-    """A file, a text or a dict that does not become a scene.
+    """A file, a text or a dict that does not become a scene, or a file that does not become a study.
 
     ``problems`` lists all that was found as (message, file, line, column); the attributes are of the first.
     """

@@ -1,11 +1,33 @@
 from collections.abc import Callable, Iterator
 from os import PathLike
-from typing import Any, TypedDict
+from pathlib import Path
+from typing import Any, TypedDict, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._about import Inspection
+
+__all__ = [
+    "Film",
+    "Layer",
+    "Progress",
+    "Scene",
+    "StudyProgress",
+    "__version__",
+    "attribute",
+    "compare",
+    "default_folder",
+    "exr",
+    "inspect",
+    "load",
+    "merge",
+    "methods",
+    "probe",
+    "render",
+    "shard",
+    "validate",
+]
 
 __version__: str
 
@@ -20,6 +42,18 @@ class _Wish(TypedDict):
     cache: str | None
     memory: int | None
 
+class _StudyWish(TypedDict):
+    define: list[tuple[str, str]]
+    sensors: list[str]
+    candidates: list[tuple[str, str]]
+    max_error: list[tuple[str, str]]
+    margin: float | None
+    repeats: int | None
+    threads: int | None
+    cache: str | None
+    study: str | None
+
+@final
 class Scene:
     @property
     def path(self) -> str: ...
@@ -33,6 +67,7 @@ class Scene:
     def inspect(self, method: str | None = None, sensor: str | None = None, **settings: object) -> Inspection: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
+@final
 class Progress:
     @property
     def done(self) -> int: ...
@@ -49,6 +84,24 @@ class Progress:
     @property
     def seconds(self) -> float: ...
 
+@final
+class StudyProgress:
+    @property
+    def done(self) -> int: ...
+    @property
+    def expected(self) -> int | None: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def pose(self) -> int | None: ...
+    @property
+    def run(self) -> Progress: ...
+    @property
+    def seconds(self) -> float: ...
+
+@final
 class Layer:
     @property
     def name(self) -> str: ...
@@ -63,6 +116,7 @@ class Layer:
     @property
     def relative_error(self) -> float | None: ...
 
+@final
 class Film:
     @property
     def value(self) -> _Map: ...
@@ -125,6 +179,13 @@ def probe(
 def attribute(
     scene: Scene, wish: _Wish, limits: list[tuple[str, str]], progress: Callable[[Progress], object] | None
 ) -> dict[str, Any] | None: ...
+def default_folder(study: str | PathLike[str]) -> Path: ...
+def validate(
+    subject: Scene | str | PathLike[str],
+    folder: str | PathLike[str],
+    wish: _StudyWish,
+    progress: Callable[[StudyProgress], object] | None,
+) -> tuple[bool, bool] | None: ...
 def compare(a: Any, b: Any, margin: float | None) -> dict[str, Any]: ...
 def exr(array: _Map) -> bytes: ...
 def methods() -> dict[str, dict[str, Any]]: ...

@@ -1,5 +1,7 @@
 //! Errors of the library become the module's exceptions, which are written in Python (`nephroid/_errors.py`).
 
+use std::path::Path;
+
 use nephroid::internals::method::shards::MergeError;
 use nephroid::{Error, LoadError};
 use pyo3::call::PyCallArgs;
@@ -51,6 +53,17 @@ pub fn merge(py: Python<'_>, error: &MergeError) -> PyErr {
         MergeError::Run(error) => run(py, error),
         MergeError::Shard(error) => plain(py, error),
     }
+}
+
+/// A file that cannot be read, or has a mistake at a line and a column.
+pub fn load_one(
+    py: Python<'_>,
+    message: String,
+    file: &Path,
+    (line, column): (usize, usize),
+) -> PyErr {
+    let problem = (message, file.display().to_string(), line, column);
+    raised(py, "LoadError", (vec![problem],))
 }
 
 /// A file that does not become a scene: all of its problems, the first in the attributes.

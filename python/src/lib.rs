@@ -9,6 +9,7 @@
 //! | `render.rs` | runs, shards, and their sum |
 //! | `about.rs` | a scene's contents and costs, and the paths to one point |
 //! | `attribute.rs` | the stages of a technique, and what each adds to its error |
+//! | `study.rs` | studies: methods swept over their settings, judged by a truth |
 //! | `film.rs` | a result, with its maps as arrays |
 //! | `view.rs` | arrays that look at a film's memory: the only `unsafe` lines |
 //! | `tools.rs` | comparison, images, the table of methods |
@@ -19,6 +20,7 @@ mod errors;
 mod film;
 mod render;
 mod scene;
+mod study;
 mod tools;
 mod view;
 mod work;
@@ -33,6 +35,7 @@ fn _nephroid(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<film::Layer>()?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<work::Progress>()?;
+    module.add_class::<study::StudyProgress>()?;
     module.add_function(wrap_pyfunction!(scene::load, module)?)?;
     module.add_function(wrap_pyfunction!(render::render, module)?)?;
     module.add_function(wrap_pyfunction!(render::shard, module)?)?;
@@ -40,6 +43,8 @@ fn _nephroid(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(about::inspect, module)?)?;
     module.add_function(wrap_pyfunction!(about::probe, module)?)?;
     module.add_function(wrap_pyfunction!(attribute::attribute, module)?)?;
+    module.add_function(wrap_pyfunction!(study::default_folder, module)?)?;
+    module.add_function(wrap_pyfunction!(study::validate_study, module)?)?;
     module.add_function(wrap_pyfunction!(tools::compare, module)?)?;
     module.add_function(wrap_pyfunction!(tools::exr, module)?)?;
     module.add_function(wrap_pyfunction!(tools::methods, module)?)?;

@@ -26,6 +26,13 @@ pub struct Scene {
     source: Source,
 }
 
+impl Scene {
+    /// The values of `$name` with which it was read.
+    pub fn parameters(&self) -> &[(String, String)] {
+        &self.source.parameters
+    }
+}
+
 /// What pickle asks for: a function, and its arguments.
 type Reduced<'py> = (
     Bound<'py, PyAny>,

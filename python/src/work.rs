@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
+use pyo3::{PyClass, PyClassInitializer};
 
 use crate::errors;
 
@@ -22,6 +23,7 @@ const STACK: usize = 8 << 20;
 
 /// How far a run is.
 #[pyclass(frozen, module = "nephroid")]
+#[derive(Clone)]
 pub struct Progress {
     /// Work done, in the unit.
     #[pyo3(get)]
@@ -43,7 +45,7 @@ pub struct Progress {
     forecast: Option<f64>,
     /// Seconds since its start.
     #[pyo3(get)]
-    seconds: f64,
+    pub seconds: f64,
 }
 
 #[pymethods]
@@ -87,6 +89,22 @@ pub fn work<T: Send + 'static>(
     callback: Option<&Bound<'_, PyAny>>,
     job: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
+    work_told(py, threads, progress, callback, Ok, job)
+}
+
+/// As [`work`]; the callback is told what `told` makes of the progress.
+///
+/// # Errors
+///
+/// As [`work`].
+pub fn work_told<T: Send + 'static, P: PyClass + Into<PyClassInitializer<P>>>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    progress: &Arc<nephroid::Progress>,
+    callback: Option<&Bound<'_, PyAny>>,
+    told: impl Fn(Progress) -> PyResult<P>,
+    job: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
     let start = Instant::now();
     let (sender, receiver) = mpsc::channel();
     thread::Builder::new()
@@ -111,7 +129,8 @@ pub fn work<T: Send + 'static>(
         let Some(callback) = callback else {
             return Ok(());
         };
-        let said = callback.call1((Progress::of(progress, start),))?;
+        let told = Py::new(py, told(Progress::of(progress, start))?)?;
+        let said = callback.call1((told,))?;
         if said.extract::<bool>().is_ok_and(|goes_on| !goes_on) {
             progress.stop();
         }

@@ -89,7 +89,8 @@ def test_a_callback_hears_of_the_run_and_stops_it():
 
     def callback(progress):
         heard.append(progress)
-        return len(heard) < 3
+        # On a busy machine photons wait for the threads to start.
+        return heard[0].seconds + 30 > progress.seconds and (len(heard) < 3 or heard[-2].done == 0)
 
     film = ne.render(ne.load_file(GLASS, size=16), photons=ENDLESS, progress=callback)
     assert not film.complete

@@ -30,7 +30,7 @@ pub fn attribute(args: &AttributeArgs) -> anyhow::Result<Outcome> {
     let method = (args.method.as_deref(), &given);
     let wanted = Wanted::new(&scene, args.sensor.as_deref(), method, &limits)?;
     progress::stop_on_interrupt(&context.progress)?;
-    let listener = &mut progress::lines("stages");
+    let listener = &mut progress::lines("stages".to_owned());
     let found = wanted.attribute(&scene, &context, listener, |truth| {
         progress::watch(&context.progress, truth)
     })?;

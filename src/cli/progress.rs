@@ -69,7 +69,7 @@ fn foretold(forecast: Duration) -> String {
 }
 
 /// A listener that prints now and then how many of some runs are done, and how long the others will take.
-pub fn lines(what: &str) -> impl FnMut(usize, usize) {
+pub fn lines(what: String) -> impl FnMut(usize, usize) {
     // The first run may have waited for a truth: time counts from its end.
     let mut first: Option<(Instant, usize)> = None;
     let mut heard = Instant::now();

@@ -1,5 +1,8 @@
 //! Why a study came to no report.
 
+use std::io;
+use std::path::PathBuf;
+
 use super::attribution::AttributionError;
 use super::file::FileError;
 use super::plan::PlanError;
@@ -68,6 +71,19 @@ pub enum StudyError {
         /// What it may be.
         hint: String,
     },
+    /// A folder for the report.
+    #[error("cannot make the folder {}: {cause}", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's error.
+        cause: io::Error,
+    },
+    /// A candidate of a study of several poses.
+    #[error(
+        "candidate \"{0}\" and poses: an image shows one pose; allowed are candidates of studies without poses"
+    )]
+    CandidateOfPoses(String),
     /// A file of the report.
     #[error(transparent)]
     Write(#[from] WriteError),

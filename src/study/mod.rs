@@ -17,6 +17,7 @@
 //! | [`attribution`] | which stage of an approximation makes its error? |
 //! | [`checks`] | could it be a mistake rather than an error? |
 //! | [`report`] | how is all that shown? |
+//! | [`validation`] | all of that, one after the other |
 
 pub mod attribution;
 pub mod checks;
@@ -32,6 +33,7 @@ pub mod report;
 pub mod session;
 pub mod store;
 pub mod truth;
+pub mod validation;
 
 pub use error::StudyError;
 pub use file::StudyFile;

@@ -1,5 +1,6 @@
 //! Obtaining the runs of a plan: from the store, or by making them.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::StudyError;
@@ -15,7 +16,7 @@ use crate::scene::{Scene, Sensor};
 /// A study under way.
 pub struct Session {
     /// The scene.
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     /// What is to be done.
     pub plan: StudyPlan,
     /// Where films are kept.
@@ -48,6 +49,19 @@ impl Session {
     /// Where the scene cannot be read or the study not be planned.
     pub fn new(file: &super::StudyFile, store: Store) -> Result<Self, StudyError> {
         let scene = mitsuba::load(&file.scene, &file.define)?;
+        Self::of_scene(Arc::new(scene), file, store)
+    }
+
+    /// Plans the runs of a study whose scene is read already.
+    ///
+    /// # Errors
+    ///
+    /// Where the study cannot be planned.
+    pub fn of_scene(
+        scene: Arc<Scene>,
+        file: &super::StudyFile,
+        store: Store,
+    ) -> Result<Self, StudyError> {
         let plan = StudyPlan::new(file, &scene)?;
         Ok(Self { scene, plan, store })
     }

@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 
 pub use cache::CacheArgs;
-pub(super) use parse::parse_define;
 pub use parse::parse_fraction;
+pub(super) use parse::{parse_define, parse_shard};
 pub use probe::ProbeArgs;
 pub use render::{FilterArg, RenderArgs};
 pub use settings::SettingArgs;

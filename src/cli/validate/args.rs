@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::super::args::{CacheArgs, parse_define, parse_fraction};
+use super::super::args::{CacheArgs, parse_define, parse_fraction, parse_shard};
+use crate::reference::photons::Shard;
+use crate::study::file::StudyCandidate;
 use crate::study::limit::{self, StudyLimit};
 
 /// `nephroid validate`.
@@ -28,7 +30,7 @@ pub struct ValidateArgs {
     /// Judge an EXR rendered elsewhere, too, on the only sensor or on the one that is named; may be given
     /// again
     #[arg(long, value_name = "NAME[@SENSOR]=FILE.exr", value_parser = parse_candidate)]
-    pub candidate: Vec<(String, Option<String>, PathBuf)>,
+    pub candidate: Vec<StudyCandidate>,
 
     /// Exit code 1 if a figure of a method or candidate is above this (or the truth cannot tell), on every
     /// sensor that has it or on the one named: mine=5%, mine:displaced=2texels, mine@floor:energy=10%; may be
@@ -52,6 +54,11 @@ pub struct ValidateArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 
+    /// Make only part K of N of the runs, and no report; parts may run at once on machines that share the
+    /// folder. The command without this flag then writes the report
+    #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with_all = ["list", "json"])]
+    pub shard: Option<Shard>,
+
     /// List the runs, and which of them are done, and make none
     #[arg(long)]
     pub list: bool,
@@ -70,16 +77,10 @@ fn named(text: &str, allowed: &str) -> Result<(String, String), String> {
     }
 }
 
-fn parse_candidate(text: &str) -> Result<(String, Option<String>, PathBuf), String> {
+fn parse_candidate(text: &str) -> Result<StudyCandidate, String> {
     let allowed = "NAME=FILE.exr or NAME@SENSOR=FILE.exr, as in mine=out/mine.exr";
     let (name, file) = named(text, allowed)?;
-    Ok(match name.rsplit_once('@') {
-        None => (name, None, file.into()),
-        Some((name, sensor)) if !name.is_empty() && !sensor.is_empty() => {
-            (name.to_owned(), Some(sensor.to_owned()), file.into())
-        }
-        Some(_) => return Err(format!("give {allowed}")),
-    })
+    StudyCandidate::named(&name, file).ok_or_else(|| format!("give {allowed}"))
 }
 
 fn parse_limit(text: &str) -> Result<StudyLimit, String> {
@@ -98,12 +99,16 @@ mod tests {
         assert_eq!(parse_limit("mine=5%").unwrap().limit.most, 0.05);
         assert!(parse_limit("5%").is_err());
         assert!(parse_limit("mine=0").is_err());
+        let named = |text: &str| {
+            let found = parse_candidate(text)?;
+            Ok::<_, String>((found.name, found.sensor, found.file))
+        };
         assert_eq!(
-            parse_candidate("a=b=c.exr"),
+            named("a=b=c.exr"),
             Ok(("a".to_owned(), None, "b=c.exr".into()))
         );
         assert_eq!(
-            parse_candidate("a@floor=b.exr"),
+            named("a@floor=b.exr"),
             Ok(("a".to_owned(), Some("floor".to_owned()), "b.exr".into()))
         );
         assert!(parse_candidate("@floor=b.exr").is_err());

@@ -1,21 +1,22 @@
 //! `nephroid validate`: what error costs, as a report.
 
 mod args;
-mod candidates;
-mod poses;
-mod work;
+mod list;
+mod told;
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use super::outcome::Outcome;
 use super::progress;
 use super::render::set_threads;
+use crate::reference::photons::Shard;
 use crate::study::StudyFile;
-use crate::study::file::StudyCandidate;
-use crate::study::report;
+use crate::study::file::{StudyWishes, report_folder};
+use crate::study::report::{PosesReport, StudyReport, Timings, markdown};
+use crate::study::validation::{self, Report};
 pub use args::ValidateArgs;
-use work::Command;
+use list::list;
+use told::Teller;
 
 /// Runs the command.
 ///
@@ -23,78 +24,82 @@ use work::Command;
 ///
 /// If the study cannot be read, a run not be made, or the report not be written.
 pub fn validate(args: &ValidateArgs) -> anyhow::Result<Outcome> {
-    let start = Instant::now();
     set_threads(args.threads)?;
     let context = args.cache.context();
     progress::stop_on_interrupt(&context.progress)?;
-    let file = study(args)?;
+    let file = StudyFile::wanted(&args.study, &wishes(args))?;
     let folder = folder(args);
-    let command = Command {
-        args,
-        context: &context,
-        start,
-    };
-    if !file.poses.is_empty() {
-        return poses::validate(&command, &file, &folder);
+    if args.list {
+        list(&file, &folder)?;
+        return Ok(Outcome::Complete);
     }
-    let (outcome, report) = command.study(&file, &folder)?;
-    if let Some((report, timings)) = report {
-        if args.json {
-            say!("{}", serde_json::to_string_pretty(&report)?);
-        } else {
-            say!("{}", report::markdown(&report, &timings).trim_end());
-            say!("\nwrote {}", folder.join("index.html").display());
+    if let Some(shard) = args.shard {
+        let teller = &mut Teller::default();
+        let is_complete = validation::validate_shard(&file, shard, &folder, &context, teller)?;
+        if !is_complete {
+            return Ok(Outcome::Incomplete);
         }
+        let Shard { index, count } = shard;
+        say!(
+            "part {} of {count} is in {}; the command without --shard writes the report",
+            index + 1,
+            folder.display()
+        );
+        return Ok(Outcome::Complete);
     }
-    Ok(outcome)
+    let validated = validation::validate(&file, &folder, &context, &mut Teller::default())?;
+    match validated.report {
+        Some(Report::One(found)) => print(args, &found.0, &found.1, &folder)?,
+        Some(Report::Poses(found)) => print_poses(args, &found, &folder)?,
+        None => (),
+    }
+    Ok(match (validated.is_kept, validated.is_complete) {
+        (false, _) => Outcome::Apart,
+        (true, false) => Outcome::Incomplete,
+        (true, true) => Outcome::Complete,
+    })
 }
 
-/// What is asked for: the file's study, or the default one of a scene, with what the flags say.
-fn study(args: &ValidateArgs) -> anyhow::Result<StudyFile> {
-    let is_toml = args
-        .study
-        .extension()
-        .is_some_and(|extension| extension == "toml");
-    let mut file = if is_toml {
-        StudyFile::read(&args.study)?
+fn print(
+    args: &ValidateArgs,
+    report: &StudyReport,
+    timings: &Timings,
+    folder: &Path,
+) -> anyhow::Result<()> {
+    if args.json {
+        say!("{}", serde_json::to_string_pretty(report)?);
     } else {
-        StudyFile::of_scene(&args.study)
-    };
-    for (key, value) in &args.define {
-        file.define.retain(|(name, _)| name != key);
-        file.define.push((key.clone(), value.clone()));
+        say!("{}", markdown(report, timings).trim_end());
+        say!("\nwrote {}", folder.join("index.html").display());
     }
-    if !args.sensor.is_empty() {
-        file.sensors.clone_from(&args.sensor);
+    Ok(())
+}
+
+fn print_poses(args: &ValidateArgs, report: &PosesReport, folder: &Path) -> anyhow::Result<()> {
+    if args.json {
+        say!("{}", serde_json::to_string_pretty(report)?);
+    } else {
+        say!("{}", report.markdown().trim_end());
+        say!("\nwrote {}", folder.join("poses.md").display());
     }
-    file.margin = args.margin.or(file.margin);
-    file.repeats = args.repeats.unwrap_or(file.repeats);
-    let given = args
-        .candidate
-        .iter()
-        .map(|(name, sensor, path)| StudyCandidate {
-            name: name.clone(),
-            sensor: sensor.clone(),
-            file: path.clone(),
-            seconds: None,
-        });
-    file.candidates.extend(given);
-    for limit in &args.max_error {
-        // The command line goes before the study, and what is said last before the rest.
-        file.max_error.retain(|other| {
-            let is_same = other.place() == limit.place();
-            !is_same || other.limit.figure != limit.limit.figure
-        });
-        file.max_error.push(limit.clone());
+    Ok(())
+}
+
+/// What the flags ask for.
+fn wishes(args: &ValidateArgs) -> StudyWishes {
+    StudyWishes {
+        define: args.define.clone(),
+        sensors: args.sensor.clone(),
+        candidates: args.candidate.clone(),
+        max_error: args.max_error.clone(),
+        margin: args.margin,
+        repeats: args.repeats,
     }
-    Ok(file)
 }
 
 /// Where the report goes.
 fn folder(args: &ValidateArgs) -> PathBuf {
-    args.output.clone().unwrap_or_else(|| {
-        let mut name = args.study.file_stem().unwrap_or_default().to_owned();
-        name.push(".report");
-        Path::new("out").join(name)
-    })
+    args.output
+        .clone()
+        .unwrap_or_else(|| report_folder(&args.study))
 }

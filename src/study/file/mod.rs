@@ -7,8 +7,10 @@ mod study_file;
 mod study_method;
 mod sweep;
 mod table;
+mod wishes;
 
 pub use error::FileError;
 pub use study_file::{StudyCandidate, StudyFile};
 pub use study_method::StudyMethod;
 pub use sweep::frames;
+pub use wishes::{StudyWishes, report_folder};

@@ -33,8 +33,9 @@ pub enum JudgedFilm<'a> {
     Candidate(&'a StudyCandidate, String),
 }
 
-/// A listener that hears which row is being judged: its number from 0, and its label.
-pub type RowProgress<'a> = &'a mut dyn FnMut(usize, &str);
+/// A listener that hears which row is about to be judged: its number from 0, and its label. It ends the work
+/// by returning false.
+pub type RowProgress<'a> = &'a mut dyn FnMut(usize, &str) -> bool;
 
 /// The folder of films beside the report.
 const FILMS: &str = "runs";
@@ -55,7 +56,8 @@ pub struct SensorFilms<'a> {
     pub stages: Vec<(&'a StudyRun, Result<Attribution, String>)>,
 }
 
-/// Judges films by the truths'. They are read from the files, as anybody can who has them.
+/// Judges films by the truths'. They are read from the files, as anybody can who has them. `None` if the
+/// listener ended it.
 ///
 /// # Errors
 ///
@@ -64,17 +66,20 @@ pub fn build(
     session: &Session,
     films: &[SensorFilms],
     progressing: RowProgress,
-) -> Result<(StudyReport, Timings), StudyError> {
+) -> Result<Option<(StudyReport, Timings)>, StudyError> {
     let plan = &session.plan;
     let mut sensors = Vec::new();
     let mut timed = Vec::new();
     let mut done = 0;
     for one in films {
         let mut next = |label: &str| {
-            progressing(done, label);
+            let goes_on = progressing(done, label);
             done += 1;
+            goes_on
         };
-        let (figures, timings) = sensor_figures(session, one, &mut next)?;
+        let Some((figures, timings)) = sensor_figures(session, one, &mut next)? else {
+            return Ok(None);
+        };
         sensors.push(figures);
         timed.push(timings);
     }
@@ -104,14 +109,14 @@ pub fn build(
         program: session.store.program(),
         sensors: timed,
     };
-    Ok((report, timings))
+    Ok(Some((report, timings)))
 }
 
 fn sensor_figures(
     session: &Session,
     films: &SensorFilms,
-    next: &mut dyn FnMut(&str),
-) -> Result<(SensorFigures, SensorTimings), StudyError> {
+    next: &mut dyn FnMut(&str) -> bool,
+) -> Result<Option<(SensorFigures, SensorTimings)>, StudyError> {
     let plan = films.plan;
     let sensor = session.sensor(plan)?;
     let mut truth = film(session, &films.truth.exr)?;
@@ -120,7 +125,9 @@ fn sensor_figures(
     }
     let mut rows = Vec::new();
     for one in &films.judged {
-        next(&one.label());
+        if !next(&one.label()) {
+            return Ok(None);
+        }
         rows.push(row(session, films, &truth, one)?);
     }
     for (kept, label) in &films.same {
@@ -174,7 +181,7 @@ fn sensor_figures(
         stages,
         rows,
     };
-    Ok((figures, timings))
+    Ok(Some((figures, timings)))
 }
 
 /// The meaning of the numbers, for readers who find the report alone.

@@ -32,6 +32,14 @@ pub struct StudyReport {
     pub conventions: Vec<&'static str>,
 }
 
+impl StudyReport {
+    /// True if all limits are kept, whatever the truths' bars allow.
+    pub fn is_kept(&self) -> bool {
+        let mut gates = self.sensors.iter().flat_map(|sensor| &sensor.gates);
+        gates.all(|gate| gate.verdict == GateVerdict::Kept)
+    }
+}
+
 /// The subject of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct StudyFigures {

@@ -1,18 +1,23 @@
 //! Images rendered elsewhere: checked, and copied beside the films that they are shown with.
 
+use super::super::StudyError;
+use super::super::plan::SensorPlan;
+use super::super::report::JudgedFilm;
+use super::super::session::Session;
+use super::super::store::file_name;
 use crate::film::atomic;
 use crate::film::exr::{self, ExrReadError};
 use crate::metric::{self, CompareImage};
-use crate::study::report::JudgedFilm;
-use crate::study::store::file_name;
-use crate::study::{SensorPlan, Session, StudyError};
 
 /// Copies the candidates of a sensor into the store.
 ///
 /// # Errors
 ///
 /// If one cannot be read, is not of the sensor's size, or cannot be compared with anything.
-pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<JudgedFilm<'a>>> {
+pub fn copy<'a>(
+    session: &Session,
+    plan: &'a SensorPlan,
+) -> Result<Vec<JudgedFilm<'a>>, StudyError> {
     let film = &session.sensor(plan)?.film;
     let expected = [film.crop.width as usize, film.crop.height as usize];
     let mut judged = Vec::new();
@@ -37,8 +42,7 @@ pub fn copy<'a>(session: &Session, plan: &'a SensorPlan) -> anyhow::Result<Vec<J
                     ""
                 }
                 .to_owned(),
-            }
-            .into());
+            });
         }
         // With itself: what cannot be compared at all is better known now, too.
         let source = CompareImage::new(candidate.file.display().to_string(), image);

@@ -1,0 +1,346 @@
+//! The runs of a study, one after the other, up to its report.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use super::super::StudyError;
+use super::super::plan::{SensorPlan, StudyRun};
+use super::super::report::{self, JudgedFilm, SensorFilms, StudyReport, Timings};
+use super::super::session::{Attributed, Obtained, Session};
+use super::super::store::StoredRun;
+use super::candidates;
+use super::news::{Done, Left, News, Task, Watcher};
+use crate::reference::photons::Shard;
+use crate::run::Context;
+
+/// Studies under way.
+pub struct Course<'a, W> {
+    /// What runs have around them.
+    pub context: &'a Context,
+    /// When the first one began.
+    pub start: Instant,
+    /// Whoever hears of them.
+    pub watcher: &'a mut W,
+}
+
+impl<W: Watcher> Course<'_, W> {
+    /// Makes a study, and writes its report; there is none if it was stopped. False if it is not complete.
+    ///
+    /// # Errors
+    ///
+    /// If a run cannot be made, or the report not be written.
+    pub fn study(
+        &mut self,
+        session: &Session,
+        folder: &Path,
+    ) -> Result<(bool, Option<(StudyReport, Timings)>), StudyError> {
+        let plan = &session.plan;
+        let all = plan.count();
+        self.watcher.hear(News::Planned(plan, folder));
+        // Before the first run: an image of the wrong size is better known now.
+        let mut copies = Vec::new();
+        for sensor in &plan.sensors {
+            copies.push(candidates::copy(session, sensor)?);
+        }
+        let mut work = Work::new(session, self, all);
+        let mut films = Vec::new();
+        for (sensor, copied) in plan.sensors.iter().zip(copies) {
+            match work.sensor(sensor, copied)? {
+                Filled::All(one) => films.push(*one),
+                Filled::TimeOver => (),
+                Filled::Stopped => {
+                    let done = work.done;
+                    self.watcher.hear(News::Stopped(done, all));
+                    return Ok((false, None));
+                }
+            }
+        }
+        let (done, left) = (work.done, work.left_out);
+        let rows: usize = films.iter().map(|one| one.judged.len()).sum();
+        let progress = &self.context.progress;
+        let built = report::build(session, &films, &mut |i, label| {
+            self.watcher.hear(News::Judges(i + 1, rows, label));
+            !progress.is_stopped()
+        })?;
+        let Some((mut report, timings)) = built else {
+            self.watcher.hear(News::Stopped(done, all));
+            return Ok((false, None));
+        };
+        if left > 0 {
+            report.warnings.push(format!(
+                "{left} runs were not made: the study's time was over"
+            ));
+        }
+        report::write(folder, &report, &timings)?;
+        self.watcher.hear(News::Judged(&report));
+        Ok((left == 0, Some((report, timings))))
+    }
+}
+
+impl<W: Watcher> Course<'_, W> {
+    /// Makes the runs of a study that are dealt to a shard, and no report. False if it was stopped, or its
+    /// time was over.
+    ///
+    /// # Errors
+    ///
+    /// If a run cannot be made.
+    pub fn share(
+        &mut self,
+        session: &Session,
+        folder: &Path,
+        deal: &mut Deal,
+    ) -> Result<bool, StudyError> {
+        let plan = &session.plan;
+        self.watcher.hear(News::Planned(plan, folder));
+        let mut dealt: Vec<(&SensorPlan, Option<&StudyRun>)> = Vec::new();
+        for sensor in &plan.sensors {
+            let runs = sensor.runs.iter().map(|run| (sensor, Some(run)));
+            dealt.extend([(sensor, None)].into_iter().chain(runs));
+        }
+        dealt.retain(|_| deal.is_mine());
+        let count = dealt.iter().map(|(sensor, run)| match run {
+            Some(_) => 1,
+            None => 1 + sensor.attributed.len(),
+        });
+        let all = count.sum();
+        let mut work = Work::new(session, self, all);
+        for (sensor, run) in dealt {
+            if work.is_time_over() {
+                work.left_out += 1;
+                continue;
+            }
+            let goes_on = match run {
+                Some(run) => work.obtain(sensor, run, "")?.is_some(),
+                None => work.truth_and_stages(sensor)?,
+            };
+            if !goes_on {
+                let done = work.done;
+                self.watcher.hear(News::Stopped(done, all));
+                return Ok(false);
+            }
+        }
+        Ok(work.left_out == 0)
+    }
+}
+
+/// Deals runs to shards, one after the other. A truth and the attributions that need its film are dealt as
+/// one.
+pub struct Deal {
+    /// Whom they are dealt to.
+    pub shard: Shard,
+    /// How many were dealt.
+    pub dealt: u32,
+}
+
+impl Deal {
+    /// True if the next one is this shard's.
+    fn is_mine(&mut self) -> bool {
+        let next = self.dealt % self.shard.count;
+        self.dealt += 1;
+        next == self.shard.index
+    }
+}
+
+/// The runs of a study under way.
+struct Work<'a, 'b, 'c, W> {
+    session: &'a Session,
+    course: &'c mut Course<'b, W>,
+    /// Runs to make.
+    all: usize,
+    /// Seconds of runs that were not in the store, the truths' apart: those take longest.
+    fresh: Vec<f64>,
+    done: usize,
+    /// Runs that the study's time did not suffice for.
+    left_out: usize,
+}
+
+/// How far a sensor came.
+enum Filled<'a> {
+    /// As far as the study's time allows.
+    All(Box<SensorFilms<'a>>),
+    /// Not even to its truth.
+    TimeOver,
+    /// It was stopped.
+    Stopped,
+}
+
+impl<'a, 'b, 'c, W: Watcher> Work<'a, 'b, 'c, W> {
+    fn new(session: &'a Session, course: &'c mut Course<'b, W>, all: usize) -> Self {
+        Self {
+            session,
+            course,
+            all,
+            fresh: Vec::new(),
+            done: 0,
+            left_out: 0,
+        }
+    }
+
+    /// A sensor's truth, and the attributions that need its film. False if it was stopped.
+    fn truth_and_stages(&mut self, plan: &SensorPlan) -> Result<bool, StudyError> {
+        let Some(truth) = self.obtain(plan, &plan.truth, "truth, ")? else {
+            return Ok(false);
+        };
+        for run in &plan.attributed {
+            if self.is_time_over() {
+                self.left_out += 1;
+                continue;
+            }
+            self.stages(plan, run, &truth.stored)?;
+            if self.is_stopped() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// All runs of a sensor, with the candidates that are there already.
+    fn sensor(
+        &mut self,
+        plan: &'a SensorPlan,
+        candidates: Vec<JudgedFilm<'a>>,
+    ) -> Result<Filled<'a>, StudyError> {
+        let is_first = self.done == 0;
+        // The first truth is computed in any case: without any film there is no report.
+        if !is_first && self.is_time_over() {
+            self.left_out += plan.count();
+            return Ok(Filled::TimeOver);
+        }
+        let Some(truth) = self.obtain(plan, &plan.truth, "truth, ")? else {
+            return Ok(Filled::Stopped);
+        };
+        let mut films = SensorFilms {
+            plan,
+            truth: truth.stored,
+            judged: Vec::new(),
+            same: Vec::new(),
+            stages: Vec::new(),
+        };
+        for run in &plan.runs {
+            if self.is_time_over() {
+                self.left_out += 1;
+                continue;
+            }
+            match self.obtain(plan, run, "")? {
+                Some(obtained) => films
+                    .judged
+                    .push(JudgedFilm::Run(run, Box::new(obtained.stored))),
+                None => return Ok(Filled::Stopped),
+            }
+        }
+        films.judged.extend(candidates);
+        for run in &plan.attributed {
+            if self.is_time_over() {
+                self.left_out += 1;
+                continue;
+            }
+            let found = self.stages(plan, run, &films.truth)?;
+            if self.is_stopped() {
+                return Ok(Filled::Stopped);
+            }
+            films.stages.extend(found.map(|found| (run, found.found)));
+        }
+        Ok(Filled::All(Box::new(films.distinct())))
+    }
+
+    fn is_time_over(&self) -> bool {
+        let time = self.session.plan.time;
+        time.is_some_and(|time| self.course.start.elapsed() >= time)
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.course.context.progress.is_stopped()
+    }
+
+    /// The next run, of which is told that it begins.
+    fn begin(&mut self, name: String) -> Task {
+        let task = Task {
+            number: self.done + 1,
+            all: self.all,
+            name,
+        };
+        self.course.watcher.hear(News::Begins(&task));
+        task
+    }
+
+    /// A run; `None` where it was stopped.
+    fn obtain(
+        &mut self,
+        plan: &SensorPlan,
+        run: &StudyRun,
+        what: &str,
+    ) -> Result<Option<Obtained>, StudyError> {
+        let on = if self.session.plan.sensors.len() > 1 {
+            format!("{}: ", plan.sensor)
+        } else {
+            String::new()
+        };
+        let task = self.begin(format!("{on}{what}{}", run.label()));
+        let start = Instant::now();
+        let (session, context) = (self.session, self.course.context);
+        let sensor = session.sensor(plan)?;
+        let obtained = self
+            .course
+            .watcher
+            .watch(&context.progress, || session.obtain(sensor, run, context))?;
+        if self.is_stopped() {
+            return Ok(None);
+        }
+        self.done += 1;
+        if let Some(obtained) = &obtained {
+            let time = start.elapsed();
+            let how = if obtained.was_kept {
+                Done::Kept
+            } else {
+                if *run != plan.truth {
+                    self.fresh.push(time.as_secs_f64());
+                }
+                Done::Made(time)
+            };
+            let left = self.left(task.all - self.done);
+            self.course.watcher.hear(News::Done(&task, how, left));
+        }
+        Ok(obtained)
+    }
+
+    /// The error of an approximation, stage by stage; `None` if it was stopped.
+    fn stages(
+        &mut self,
+        plan: &SensorPlan,
+        run: &StudyRun,
+        truth: &StoredRun,
+    ) -> Result<Option<Attributed>, StudyError> {
+        let task = self.begin(format!("stages of {}", run.label()));
+        let start = Instant::now();
+        let (session, context) = (self.session, self.course.context);
+        let watcher = &mut *self.course.watcher;
+        let listen = &mut |done, all| watcher.hear(News::Counts(done, all));
+        let found = session.attribution(plan, run, truth, context, listen)?;
+        if self.is_stopped() {
+            return Ok(None);
+        }
+        self.done += 1;
+        let how = found.as_ref().map(|found| match found {
+            found if found.was_kept => Done::Kept,
+            Attributed {
+                found: Ok(found), ..
+            } => Done::Attributed(found.runs, start.elapsed()),
+            Attributed {
+                found: Err(reason), ..
+            } => Done::NotAttributed(reason),
+        });
+        if let Some(how) = how {
+            self.course.watcher.hear(News::Done(&task, how, None));
+        }
+        Ok(found)
+    }
+
+    /// What is left if so many runs are.
+    fn left(&self, runs: usize) -> Option<Left> {
+        let mean = self.fresh.iter().sum::<f64>() / self.fresh.len() as f64;
+        (runs > 0 && !self.fresh.is_empty()).then(|| Left {
+            so_far: self.course.start.elapsed(),
+            left: Duration::from_secs_f64(mean * runs as f64),
+        })
+    }
+}
