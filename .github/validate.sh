@@ -20,9 +20,14 @@ add --max-error "${MAX_ERROR:-}"
 add "" "${ARGUMENTS:-}"
 
 # What an earlier run left is no result of this one.
-rm -f "$OUTPUT/summary.md" "$OUTPUT/poses.md"
+rm -f "$OUTPUT"/{summary.md,poses.md,report.json,report.csv,poses.json,index.html}
 code=0
 "$NEPHROID" validate "${arguments[@]}" || code=$?
+# Without a report, as with --list or --shard, no limit was judged.
+if [[ $code = 0 && ! -f "$OUTPUT/summary.md" && ! -f "$OUTPUT/poses.md" ]]; then
+    echo "no report was written"
+    code=2
+fi
 case "$code" in
     0) result=kept ;;
     1) result=exceeded

@@ -118,16 +118,13 @@ impl Scene {
                 there: listed(&self.interface_ids()),
             });
         }
-        let root = match (self.material_named(id), shape) {
-            (None, Some(shape)) => {
-                let own = self.copy(root);
-                self.objects[shape].material = own;
-                own
-            }
-            _ => {
-                self.own_what_it_wraps(root);
-                root
-            }
+        let root = if let (None, Some(shape)) = (self.material_named(id), shape) {
+            let own = self.copy(root);
+            self.objects[shape].material = own;
+            own
+        } else {
+            self.own_what_it_wraps(root);
+            root
         };
         for material in self.interfaces_of(root) {
             let known = self.dispersion.iter();

@@ -21,8 +21,8 @@
 //! p(λ) = Σ_c |w_c(λ)| / Z,   Z = ∫ Σ_c |w_c| dλ
 //! ```
 //!
-//! with Σ |w| at the nodes and straight lines between. It counts w/p in each channel. Their magnitudes sum to at
-//! most Z, however rare the wavelength.
+//! with Σ |w| at the nodes and straight lines between. It counts w/p in each channel. Their magnitudes sum
+//! to at most Z, however rare the wavelength.
 //!
 //! **Errors.** The tables have 5 nm, the curves between them are off by up to 0.9 % of their peak (z̄; an
 //! eighth of the second difference). Light beyond 380 and 780 nm, left out, has up to 0.03 % of a

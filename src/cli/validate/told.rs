@@ -24,6 +24,9 @@ impl Watcher for Teller {
             News::PosesLeft(left, all) => {
                 eprintln!("{left} of {all} poses were not begun: the study's time was over");
             }
+            News::RunsLeft(left, all) => {
+                eprintln!("{left} of {all} runs were not made: the study's time was over");
+            }
             News::Planned(plan, folder) => planned(plan, folder),
             News::Begins(task) => {
                 let place = place(task);

@@ -357,7 +357,8 @@ mod tests {
         assert_eq!(part_reached(&even), 1.0);
         let (left, _): (Vec<_>, Vec<_>) = even.iter().partition(|at| at[0] < 32.0);
         assert_eq!(part_reached(&left), 0.5);
-        // Many more in one texel do not hide that the others are everywhere, but for 15 texels about that one.
+        // Many more in one texel do not hide that the others are everywhere, but for 15 texels about that
+        // one.
         let focus = [even, vec![[1.5, 1.5]; 4096]].concat();
         assert_eq!(part_reached(&focus), 1.0 - 15.0 / 4096.0);
     }

@@ -82,10 +82,11 @@ pub fn validate_shard(
         start,
         watcher,
     };
-    let mut deal = Deal { shard, dealt: 0 };
+    let mut deal = Deal::new(shard);
     if file.poses.is_empty() {
         return course.share(&open(file, folder)?, folder, &mut deal);
     }
+    without_candidates(file)?;
     let all = file.poses.len();
     let mut is_complete = true;
     for (number, define) in (1..).zip(&file.poses) {
@@ -98,6 +99,14 @@ pub fn validate_shard(
         }
     }
     Ok(is_complete)
+}
+
+/// Refuses candidates of a study with poses: an image is of one.
+fn without_candidates(file: &StudyFile) -> Result<(), StudyError> {
+    match file.candidates.first() {
+        Some(candidate) => Err(StudyError::CandidateOfPoses(candidate.name.clone())),
+        None => Ok(()),
+    }
 }
 
 /// The folder of a pose, whose number is from 1.
@@ -148,9 +157,7 @@ pub fn validate(
     if file.poses.is_empty() {
         return course.one(&open(file, folder)?, folder);
     }
-    if let Some(candidate) = file.candidates.first() {
-        return Err(StudyError::CandidateOfPoses(candidate.name.clone()));
-    }
+    without_candidates(file)?;
     let all = file.poses.len();
     let (mut is_complete, mut is_kept) = (true, true);
     let mut reports = Vec::new();

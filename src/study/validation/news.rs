@@ -26,6 +26,8 @@ pub enum News<'a> {
     Pose(usize, usize, &'a Given),
     /// So many of all poses are not begun, since the study's time is over.
     PosesLeft(usize, usize),
+    /// So many of all runs of a shard are not made, since the study's time is over.
+    RunsLeft(usize, usize),
     /// The runs are planned, and nothing is made yet; the report goes into the folder.
     Planned(&'a StudyPlan, &'a Path),
     /// A run begins.

@@ -62,6 +62,8 @@ impl<W: Watcher> Course<'_, W> {
             self.watcher.hear(News::Judges(i + 1, rows, label));
             !progress.is_stopped()
         })?;
+        // It may have been stopped while the last row was judged.
+        let built = built.filter(|_| !progress.is_stopped());
         let Some((mut report, timings)) = built else {
             self.watcher.hear(News::Stopped(done, all));
             return Ok((false, None));
@@ -92,12 +94,15 @@ impl<W: Watcher> Course<'_, W> {
     ) -> Result<bool, StudyError> {
         let plan = &session.plan;
         self.watcher.hear(News::Planned(plan, folder));
+        for sensor in &plan.sensors {
+            candidates::copy(session, sensor)?;
+        }
         let mut dealt: Vec<(&SensorPlan, Option<&StudyRun>)> = Vec::new();
         for sensor in &plan.sensors {
             let runs = sensor.runs.iter().map(|run| (sensor, Some(run)));
             dealt.extend([(sensor, None)].into_iter().chain(runs));
         }
-        dealt.retain(|_| deal.is_mine());
+        dealt.retain(|(_, run)| deal.is_mine(run.is_none()));
         let count = dealt.iter().map(|(sensor, run)| match run {
             Some(_) => 1,
             None => 1 + sensor.attributed.len(),
@@ -119,25 +124,36 @@ impl<W: Watcher> Course<'_, W> {
                 return Ok(false);
             }
         }
-        Ok(work.left_out == 0)
+        let left = work.left_out;
+        if left > 0 {
+            self.watcher.hear(News::RunsLeft(left, all));
+        }
+        Ok(left == 0)
     }
 }
 
 /// Deals runs to shards, one after the other. A truth and the attributions that need its film are dealt as
-/// one.
+/// one. Truths take longest: they are dealt apart, from the first shard on, and all else from the last.
 pub struct Deal {
-    /// Whom they are dealt to.
-    pub shard: Shard,
-    /// How many were dealt.
-    pub dealt: u32,
+    shard: Shard,
+    /// How many truths were dealt, and how many others.
+    dealt: [u32; 2],
 }
 
 impl Deal {
+    /// Deals to a shard.
+    pub fn new(shard: Shard) -> Self {
+        let dealt = [0; 2];
+        Self { shard, dealt }
+    }
+
     /// True if the next one is this shard's.
-    fn is_mine(&mut self) -> bool {
-        let next = self.dealt % self.shard.count;
-        self.dealt += 1;
-        next == self.shard.index
+    fn is_mine(&mut self, is_truth: bool) -> bool {
+        let Shard { index, count } = self.shard;
+        let dealt = &mut self.dealt[usize::from(!is_truth)];
+        let next = *dealt % count;
+        *dealt += 1;
+        index == if is_truth { next } else { count - 1 - next }
     }
 }
 

@@ -84,4 +84,33 @@ fn parts_are_dealt_over_all_poses() {
     let said = text(&output.stderr);
     assert_eq!(said.matches("kept from before").count(), 4, "{said}");
     assert!(folder.path("r/poses.json").exists());
+    // Truths take longest: of two parts each has one of the two.
+    for part in ["1/2", "2/2"] {
+        let output = folder.run(&["validate", "p.toml", "-o", "r", "--shard", part]);
+        let said = text(&output.stderr);
+        assert_eq!(said.matches("] truth, beams").count(), 2, "{said}");
+    }
+}
+
+#[test]
+fn a_part_refuses_what_the_whole_would_and_tells_what_its_time_did_not_suffice_for() {
+    let folder = Folder::new();
+    let one = "[truth]\nmethod = \"beams\"\nerror = \"5%\"\n[[method]]\nmethod = \"photons\"\nphotons = 1024\n";
+    folder.study("p.toml", &format!("poses = [{{ size = [8, 12] }}]\n{one}"));
+    folder.study("s.toml", &format!("time = \"0.001s\"\n{one}"));
+    let refused = |study: &str| {
+        let candidate = ["--candidate", "mine=nowhere.exr", "--shard", "1/1"];
+        let output = folder.run(&[&["validate", study, "-o", "r"], &candidate[..]].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+        text(&output.stderr)
+    };
+    assert!(refused("p.toml").contains("poses"));
+    assert!(refused("s.toml").contains("nowhere.exr"));
+    let output = folder.run(&["validate", "s.toml", "-o", "r", "--shard", "1/1"]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("were not made: the study's time was over"),
+        "{said}"
+    );
 }

@@ -97,6 +97,30 @@ fn a_study_that_is_stopped_while_it_is_judged_writes_nothing_and_goes_on_later()
 }
 
 #[test]
+fn a_study_that_is_stopped_while_its_last_row_is_judged_writes_nothing() {
+    let folder = Folder::with_films();
+    let mut listener = Listener::default();
+    let context = listener.context.clone();
+    let to = folder.path("r");
+    let run = |listener: &mut Listener, context| {
+        validate(&study(&folder), &to, context, listener).unwrap()
+    };
+    run(&mut listener, &context);
+    let judged = |line: &&String| line.starts_with("judges");
+    let last = listener.heard.iter().rfind(judged).unwrap().clone();
+    std::fs::remove_file(to.join("report.json")).unwrap();
+    let mut listener = Listener {
+        stops_at: last.leak(),
+        ..Listener::default()
+    };
+    let context = listener.context.clone();
+    let validated = run(&mut listener, &context);
+    assert!(validated.report.is_none() && !validated.is_complete);
+    assert_eq!(listener.heard.last().unwrap(), "stopped 5 of 5");
+    assert!(!to.join("report.json").exists());
+}
+
+#[test]
 fn a_scene_that_is_read_already_has_the_films_of_its_file() {
     let folder = Folder::with_films();
     let file = study(&folder);
