@@ -142,7 +142,8 @@ class Report:
             return found
 
         if not is_of_poses:
-            return Report(folder, complete, read(folder / "report.json"), read(folder / "timings.json"), [])
+            found = read(folder / "report.json")
+            return Report(folder, found["left_out"] == 0, found, read(folder / "timings.json"), [])
         found = read(folder / "poses.json")
         poses = [Report._read(folder / one["folder"], True, False) for one in found["poses"]]
         return Report(folder, complete, found, {}, poses)

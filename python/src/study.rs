@@ -147,7 +147,11 @@ impl Watcher for Note {
             }
             News::Done(task, ..) => place.done = task.number,
             News::Judges(_, _, label) => place.name = format!("judging {label}"),
-            News::PosesLeft(..) | News::RunsLeft(..) | News::Counts(..) | News::Judged(_) | News::Stopped(..) => (),
+            News::PosesLeft(..)
+            | News::RunsLeft(..)
+            | News::Counts(..)
+            | News::Judged(_)
+            | News::Stopped(..) => (),
         }
     }
 }

@@ -186,6 +186,14 @@ def test_a_study_of_poses_has_their_reports(program, tmp_path, study):
         ne.validate(study, tmp_path / "r", candidates={"mine": np.ones((8, 8, 3))})
 
 
+def test_a_pose_whose_time_was_over_is_not_complete(tmp_path, study):
+    text = STUDY.replace("[truth]", 'time = "0.001s"\nposes = [{ size = [8, 16] }]\n[truth]')
+    study.write_text(text)
+    report = ne.validate(study, tmp_path / "r")
+    # The first truth is made in any case, and nothing after it.
+    assert len(report.poses) == 1 and not report.complete and not report.poses[0].complete
+
+
 def test_several_sensors_are_filled(tmp_path):
     scene = ne.load_file(SCENES / "coffee-cup.xml", size=8)
     assert len(scene.sensors) == 2

@@ -206,7 +206,7 @@ impl Estimate {
     pub(crate) fn is_without_caustics(&self) -> bool {
         let direct = LayerName::Path(Signature::DIRECT);
         let mut specular = self.layers.iter().filter(|layer| layer.name != direct);
-        !self.incomplete && specular.all(|layer| layer.range().max == 0.0)
+        !self.incomplete && specular.all(|layer| layer.values.iter().all(|value| value.is_black()))
     }
 }
 
@@ -376,8 +376,9 @@ impl Layer {
         range
     }
 
-    /// √(mean σ²) / mean E over the texels with E > 0, channels averaged; `None` where there
-    /// are none. Of a layer with bounds, σ is half their distance.
+    /// √(mean σ²) / mean E over the texels with E > 0; `None` where there are none. E is the mean of
+    /// channels, or their root mean square if these have both signs. Of a layer with bounds, σ is half
+    /// their distance.
     ///
     /// # Example: the error bar of each layer
     ///
@@ -435,14 +436,15 @@ pub struct Range {
     pub max: f64,
 }
 
-/// The mean over channels of a value and of its standard error. If a channel is below zero, as of light that
+/// The mean over channels of a value and of its standard error. If channels have both signs, as of light that
 /// is dispersed, the two are root mean squares: the mean may be nothing where there is light.
 pub(crate) fn brightness(value: Rgb, error: Rgb) -> (f64, f64) {
-    if value.0.iter().all(|channel| *channel >= 0.0) {
-        (value.mean(), error.mean())
-    } else {
+    let is_any = |of: fn(f64) -> bool| value.0.iter().any(|channel| of(*channel));
+    if is_any(|channel| channel < 0.0) && is_any(|channel| channel > 0.0) {
         let size = |channels: Rgb| (channels * channels).mean().sqrt();
         (size(value), size(error))
+    } else {
+        (value.mean(), error.mean())
     }
 }
 
@@ -468,7 +470,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn light_with_a_channel_below_zero_has_an_error_by_root_mean_squares() {
+    fn light_of_both_signs_has_an_error_by_root_mean_squares() {
         let error = Rgb([0.1, 0.2, 0.3]);
         // Light that is nowhere below zero: means of channels, as ever.
         let (value, of_value) = brightness(Rgb([1.0, 2.0, 6.0]), error);
@@ -477,11 +479,12 @@ mod tests {
         let (value, of_value) = brightness(Rgb([-3.0, 0.0, 3.0]), error);
         assert!((value - 6.0_f64.sqrt()).abs() < 1e-15);
         assert!((of_value - (0.14_f64 / 3.0).sqrt()).abs() < 1e-15);
-        let texels = [
-            (Rgb([-3.0, 0.0, 3.0]), error),
-            (Rgb([-3.0, 0.0, 0.0]), error),
-        ];
-        let all = texels.map(|(value, error)| brightness(value, error));
-        assert!(relative_error(all.into_iter()).is_some());
+        // Two of these texels: √0.14/3 of each by √6.
+        let all = [brightness(Rgb([-3.0, 0.0, 3.0]), error); 2];
+        let relative = relative_error(all.into_iter()).unwrap();
+        assert!((relative - (0.14_f64 / 18.0).sqrt()).abs() < 1e-15);
+        // A filter's negative lobe is no light.
+        let (value, of_value) = brightness(Rgb::grey(-1.0), error);
+        assert!(value == -1.0 && (of_value - 0.2).abs() < 1e-15);
     }
 }

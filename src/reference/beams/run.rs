@@ -246,9 +246,10 @@ impl<'a> Setup<'a> {
             LeftOut::of(others.iter().chain(&waiting), film).and_everywhere(MARGIN * missing, film);
         let reached = lit.map(|lit| {
             let known = self.known(&made, lit);
-            // Texels are about alike.
-            let measure = (0..self.target.texels()).map(|texel| self.target.measure(texel));
-            let measure = measure.sum::<f64>() / self.target.texels() as f64;
+            // Texels are about alike, but for those that no surface fills.
+            let measures = (0..self.target.texels()).map(|texel| self.target.measure(texel));
+            let measures: Vec<f64> = measures.filter(|measure| *measure > 0.0).collect();
+            let measure = measures.iter().sum::<f64>() / measures.len() as f64;
             let left_out = (left_out.squares / lit.texels).sqrt() / measure;
             math::hypot(schedule::error(&known), left_out / lit.mean)
         });

@@ -32,7 +32,7 @@ const PART: f64 = 0.25;
 const MOST_SIGNATURES: usize = 256;
 
 /// Mean number of paths in a part of the film that tell whether it is lit: of evenly spread light, e⁻⁴ = 2 %
-/// of the parts have none. Fewer tell nothing.
+/// of the parts have none. A film has four parts at least.
 const TELLING: usize = 4;
 
 /// Bins a side of the film, coarse to fine, in which paths are counted.
@@ -153,7 +153,7 @@ pub fn reached<'a>(found: impl Iterator<Item = &'a Found>, film: [usize; 2]) -> 
     let mut paths: Vec<DVec2> = found
         .flat_map(|(_, light)| light.landings.iter().map(|one| one.at))
         .collect();
-    if paths.len() < TELLING {
+    if paths.len() < 4 * TELLING {
         return Vec::new();
     }
     let mut reached = vec![false; film[0] * film[1]];
@@ -172,7 +172,7 @@ fn mark(paths: &mut [DVec2], window: [[usize; 2]; 2], columns: usize, reached: &
     if paths.is_empty() {
         return;
     }
-    let is_texel = right - left <= 1 || bottom - top <= 1;
+    let is_texel = right - left <= 1 && bottom - top <= 1;
     if paths.len() < 4 * TELLING || is_texel {
         for row in top..bottom {
             reached[row * columns + left..row * columns + right].fill(true);
@@ -364,8 +364,31 @@ mod tests {
     }
 
     #[test]
+    fn what_light_reaches_is_told_by_place_on_films_of_any_form() {
+        // The first 24 of 48 columns, a path in each texel; then the first 12 of 20 rows.
+        let size = [48, 20];
+        let texels = |is_lit: &dyn Fn(usize, usize) -> bool| -> Vec<bool> {
+            let all = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
+            all.map(|(x, y)| is_lit(x, y)).collect()
+        };
+        for is_lit in [&|x, _| x < 24, &|_, y| y < 10] as [&dyn Fn(usize, usize) -> bool; 2] {
+            let expected = texels(is_lit);
+            let places: Vec<[f64; 2]> = (0..expected.len())
+                .filter(|texel| expected[*texel])
+                .map(|texel| [texel % size[0], texel / size[0]].map(|at| at as f64 + 0.5))
+                .collect();
+            assert!(reached([light(1, 1.0, &places)].iter(), size) == expected);
+        }
+        // Films of one row are divided along it.
+        let row: Vec<[f64; 2]> = (0..64).map(|x| [f64::from(x) + 0.5, 0.5]).collect();
+        let reached = reached([light(1, 1.0, &row)].iter(), [128, 1]);
+        assert_eq!(reached.iter().filter(|reached| **reached).count(), 64);
+    }
+
+    #[test]
     fn too_few_paths_tell_nothing_of_what_light_reaches() {
-        assert_eq!(part_reached(&[[1.5, 1.5], [40.0, 3.0], [9.0, 60.0]]), 0.0);
+        assert_eq!(part_reached(&[[1.5, 1.5]; 15]), 0.0);
+        assert_eq!(part_reached(&[[1.5, 1.5]; 16]), 1.0 / 4096.0);
     }
 
     #[test]

@@ -58,7 +58,7 @@ impl Weighted {
             self.flux
                 .iter()
                 .zip(&self.variance)
-                .map(|(flux, variance)| (flux.mean(), variance.map(f64::sqrt).mean())),
+                .map(|(flux, variance)| brightness(*flux, variance.map(f64::sqrt))),
         )
     }
 

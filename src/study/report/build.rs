@@ -100,6 +100,7 @@ pub fn build(
         },
         requirements: requirements(&session.scene),
         sensors,
+        left_out: 0,
         warnings: warnings.chain(without).collect(),
         conventions: CONVENTIONS.to_vec(),
     };

@@ -26,6 +26,8 @@ pub struct StudyReport {
     pub requirements: Vec<Requirement>,
     /// One entry a sensor.
     pub sensors: Vec<SensorFigures>,
+    /// Runs that the study's time did not suffice for.
+    pub left_out: usize,
     /// Oddities of the scene or the study.
     pub warnings: Vec<String>,
     /// The meaning of the numbers.

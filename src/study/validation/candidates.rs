@@ -51,14 +51,17 @@ pub fn copy<'a>(
             ..metric::CompareSettings::default()
         };
         metric::compare(&source, &source, &quick)?;
+        // By its content: the report of an earlier run keeps the image that it judged.
+        let content = blake3::hash(&bytes).to_hex();
         let name = format!(
-            "{}.exr",
+            "{}-{}.exr",
             file_name(&format!(
                 "{}-candidate-{}-{}",
                 plan.sensor,
                 i + 1,
                 candidate.name
-            ))
+            )),
+            &content[..8]
         );
         atomic::write(&session.store.path(&name), |file| {
             std::io::Write::write_all(file, &bytes)

@@ -68,6 +68,7 @@ impl<W: Watcher> Course<'_, W> {
             self.watcher.hear(News::Stopped(done, all));
             return Ok((false, None));
         };
+        report.left_out = left;
         if left > 0 {
             report.warnings.push(format!(
                 "{left} runs were not made: the study's time was over"

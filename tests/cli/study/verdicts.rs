@@ -34,6 +34,29 @@ fn the_truth_scaled_is_a_bias_and_not_a_mistake() {
     assert!(summary.contains("| 102 % | 2.00 % |"), "{summary}");
 }
 
+/// The report of an earlier run stays true if a later one fails: its image is not that of another content.
+#[test]
+fn the_image_that_a_report_judged_stays_when_another_has_its_name() {
+    let folder = Folder::with_films();
+    let (report, _, _) = folder.validate(&["a.toml", "-o", "r"]);
+    let truth = folder.truth(&report);
+    let scaled = |name: &str, factor: f64| {
+        folder.candidate(name, &truth, |truth, x, y| {
+            light(truth, x as isize, y as isize).map(|value| factor * value)
+        });
+    };
+    scaled("mine.exr", 1.02);
+    let mine = ["a.toml", "-o", "r", "--candidate", "mine=mine.exr"];
+    let (report, _, _) = folder.validate(&mine);
+    let file = row(&report, "mine")["file"].as_str().unwrap().to_owned();
+    let before = fs::read(folder.path("r").join(&file)).unwrap();
+    scaled("mine.exr", 1.04);
+    let output =
+        folder.run(&[&["validate"], &mine[..], &["--candidate", "other=gone.exr"]].concat());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(fs::read(folder.path("r").join(&file)).unwrap() == before);
+}
+
 #[test]
 fn moved_turned_and_wrongly_scaled_candidates_are_flagged() {
     let folder = Folder::new();

@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -195,9 +195,19 @@ fn an_image_that_is_judged_is_read_once() {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", message(&output));
     writer.join().unwrap();
-    let copied = folder.path().join("r/runs/floor-candidate-1-mine.exr");
+    let runs = fs::read_dir(folder.path().join("r/runs")).unwrap();
+    let is_copy =
+        |name: &str| name.starts_with("floor-candidate-1-mine-") && name.ends_with(".exr");
+    let copies: Vec<PathBuf> = runs
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| is_copy(&path.file_name().unwrap().to_string_lossy()))
+        .collect();
     let original = fs::read(folder.path().join("a.exr")).unwrap();
-    assert!(fs::read(copied).unwrap() == original, "the copy is another");
+    assert_eq!(copies.len(), 1, "{copies:?}");
+    assert!(
+        fs::read(&copies[0]).unwrap() == original,
+        "the copy is another"
+    );
 }
 
 /// An image that is not there any more, after the study was made: the error names it.
