@@ -25,6 +25,11 @@ from ._text import checked_scene, is_of_mitsuba, parameters, text
 StudyCallback = Callable[[StudyProgress], object]
 
 
+def _json(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
 def _number(value: Any) -> float:
     """A number; NaN if it is not known."""
     return float("nan") if value is None else float(value)
@@ -136,16 +141,14 @@ class Report:
     poses: list[Report] = field(repr=False)
 
     @staticmethod
-    def _read(folder: Path, complete: bool, is_of_poses: bool) -> Report:
-        def read(path: Path) -> dict[str, Any]:
-            found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-            return found
+    def _read(folder: Path) -> Report:
+        found = _json(folder / "report.json")
+        return Report(folder, found["left_out"] == 0, found, _json(folder / "timings.json"), [])
 
-        if not is_of_poses:
-            found = read(folder / "report.json")
-            return Report(folder, found["left_out"] == 0, found, read(folder / "timings.json"), [])
-        found = read(folder / "poses.json")
-        poses = [Report._read(folder / one["folder"], True, False) for one in found["poses"]]
+    @staticmethod
+    def _read_poses(folder: Path, complete: bool) -> Report:
+        found = _json(folder / "poses.json")
+        poses = [Report._read(folder / one["folder"]) for one in found["poses"]]
         return Report(folder, complete, found, {}, poses)
 
     @property
@@ -380,4 +383,7 @@ def validate(
             "study": source,
         }
         found = _nephroid.validate(study, os.fspath(folder), wish, progress)
-    return None if found is None else Report._read(Path(folder), *found)
+    if found is None:
+        return None
+    complete, is_of_poses = found
+    return Report._read_poses(Path(folder), complete) if is_of_poses else Report._read(Path(folder))

@@ -125,12 +125,22 @@ fn an_error_asked_of_a_faint_layer_is_reached_in_it() {
     assert!(bright.rmse > ASKED, "{}", bright.rmse);
 }
 
-/// Asked for much, runs leave faint light out. It is on more of the film than what they follow, and errors are
-/// relative to the mean of all lit texels. Without those, what is said is 0.2 to 0.5 of the true error.
+/// Asked for much, runs leave faint light out. It is on more of the film than what they follow, and errors
+/// are relative to the mean of all lit texels. Without those, what is said of `lens` is 0.28 of its true
+/// error.
 #[test]
 fn the_error_that_runs_say_is_right_where_light_is_left_out() {
-    for (name, asked) in [("cube", 0.3), ("cube", 0.03), ("diamond", 0.3)] {
-        let oracle = oracle(name, 128);
+    // The lens throws nearly all light on a small spot. A finer run, of a third of the error, is its truth.
+    let lens = bundled("lens", 128);
+    let lens = Oracle {
+        name: "lens",
+        layers: known_by(&beams_to(DEPTH, &lens, 0.01).0),
+        scene: lens,
+    };
+    let cube = || oracle("cube", 128);
+    let diamond = oracle("diamond", 128);
+    for (oracle, asked) in [(cube(), 0.3), (cube(), 0.03), (diamond, 0.3), (lens, 0.3)] {
+        let name = oracle.name;
         let (estimate, report) = beams_to(DEPTH, &oracle.scene, asked);
         assert!(report.not_followed > 0.0, "{name} {asked}: all is followed");
         let said = estimate.relative_error.unwrap();

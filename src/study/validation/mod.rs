@@ -15,7 +15,6 @@ mod validated;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
 
 use super::StudyError;
 use super::file::StudyFile;
@@ -76,12 +75,7 @@ pub fn validate_shard(
     context: &Context,
     watcher: &mut impl Watcher,
 ) -> Result<bool, StudyError> {
-    let start = Instant::now();
-    let mut course = Course {
-        context,
-        start,
-        watcher,
-    };
+    let mut course = Course::new(context, watcher);
     let mut deal = Deal::new(shard);
     if file.poses.is_empty() {
         return course.share(&open(file, folder)?, folder, &mut deal);
@@ -127,12 +121,7 @@ pub fn validate_scene(
     context: &Context,
     watcher: &mut impl Watcher,
 ) -> Result<Validated, StudyError> {
-    let start = Instant::now();
-    let mut course = Course {
-        context,
-        start,
-        watcher,
-    };
+    let mut course = Course::new(context, watcher);
     course.one(&Session::of_scene(scene, file, store(folder)?)?, folder)
 }
 
@@ -148,12 +137,7 @@ pub fn validate(
     context: &Context,
     watcher: &mut impl Watcher,
 ) -> Result<Validated, StudyError> {
-    let start = Instant::now();
-    let mut course = Course {
-        context,
-        start,
-        watcher,
-    };
+    let mut course = Course::new(context, watcher);
     if file.poses.is_empty() {
         return course.one(&open(file, folder)?, folder);
     }
@@ -162,7 +146,7 @@ pub fn validate(
     let (mut is_complete, mut is_kept) = (true, true);
     let mut reports = Vec::new();
     for (number, define) in (1..).zip(&file.poses) {
-        let is_late = file.time.is_some_and(|time| start.elapsed() >= time);
+        let is_late = file.time.is_some_and(|time| course.start.elapsed() >= time);
         if number > 1 && is_late {
             course.watcher.hear(News::PosesLeft(all + 1 - number, all));
             is_complete = false;

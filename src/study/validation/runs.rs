@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::super::StudyError;
+use super::super::attribution::Attribution;
 use super::super::plan::{SensorPlan, StudyRun};
 use super::super::report::{self, JudgedFilm, SensorFilms, StudyReport, Timings};
 use super::super::session::{Attributed, Obtained, Session};
@@ -23,7 +24,16 @@ pub struct Course<'a, W> {
     pub watcher: &'a mut W,
 }
 
-impl<W: Watcher> Course<'_, W> {
+impl<'a, W: Watcher> Course<'a, W> {
+    /// Studies that begin now.
+    pub fn new(context: &'a Context, watcher: &'a mut W) -> Self {
+        Self {
+            context,
+            start: Instant::now(),
+            watcher,
+        }
+    }
+
     /// Makes a study, and writes its report; there is none if it was stopped. False if it is not complete.
     ///
     /// # Errors
@@ -78,9 +88,7 @@ impl<W: Watcher> Course<'_, W> {
         self.watcher.hear(News::Judged(&report));
         Ok((left == 0, Some((report, timings))))
     }
-}
 
-impl<W: Watcher> Course<'_, W> {
     /// Makes the runs of a study that are dealt to a shard, and no report. False if it was stopped, or its
     /// time was over.
     ///
@@ -117,7 +125,10 @@ impl<W: Watcher> Course<'_, W> {
             }
             let goes_on = match run {
                 Some(run) => work.obtain(sensor, run, "")?.is_some(),
-                None => work.truth_and_stages(sensor)?,
+                None => match work.obtain(sensor, &sensor.truth, "truth, ")? {
+                    Some(truth) => work.all_stages(sensor, &truth.stored)?.is_some(),
+                    None => false,
+                },
             };
             if !goes_on {
                 let done = work.done;
@@ -158,6 +169,9 @@ impl Deal {
     }
 }
 
+/// A run of an approximation, and the error of its stages.
+type Stages<'a> = (&'a StudyRun, Result<Attribution, String>);
+
 /// The runs of a study under way.
 struct Work<'a, 'b, 'c, W> {
     session: &'a Session,
@@ -193,22 +207,26 @@ impl<'a, 'b, 'c, W: Watcher> Work<'a, 'b, 'c, W> {
         }
     }
 
-    /// A sensor's truth, and the attributions that need its film. False if it was stopped.
-    fn truth_and_stages(&mut self, plan: &SensorPlan) -> Result<bool, StudyError> {
-        let Some(truth) = self.obtain(plan, &plan.truth, "truth, ")? else {
-            return Ok(false);
-        };
+    /// The attributions that need the film of a sensor's truth, as far as the study's time allows; `None`
+    /// if it was stopped.
+    fn all_stages(
+        &mut self,
+        plan: &'a SensorPlan,
+        truth: &StoredRun,
+    ) -> Result<Option<Vec<Stages<'a>>>, StudyError> {
+        let mut all = Vec::new();
         for run in &plan.attributed {
             if self.is_time_over() {
                 self.left_out += 1;
                 continue;
             }
-            self.stages(plan, run, &truth.stored)?;
+            let found = self.stages(plan, run, truth)?;
             if self.is_stopped() {
-                return Ok(false);
+                return Ok(None);
             }
+            all.extend(found.map(|found| (run, found.found)));
         }
-        Ok(true)
+        Ok(Some(all))
     }
 
     /// All runs of a sensor, with the candidates that are there already.
@@ -246,16 +264,9 @@ impl<'a, 'b, 'c, W: Watcher> Work<'a, 'b, 'c, W> {
             }
         }
         films.judged.extend(candidates);
-        for run in &plan.attributed {
-            if self.is_time_over() {
-                self.left_out += 1;
-                continue;
-            }
-            let found = self.stages(plan, run, &films.truth)?;
-            if self.is_stopped() {
-                return Ok(Filled::Stopped);
-            }
-            films.stages.extend(found.map(|found| (run, found.found)));
+        match self.all_stages(plan, &films.truth)? {
+            Some(stages) => films.stages = stages,
+            None => return Ok(Filled::Stopped),
         }
         Ok(Filled::All(Box::new(films.distinct())))
     }
