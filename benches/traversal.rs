@@ -12,6 +12,9 @@
 #[path = "traversal/narrow.rs"]
 mod narrow;
 
+#[path = "traversal/rays.rs"]
+mod rays;
+
 #[path = "../tests/support/mod.rs"]
 mod support;
 
@@ -20,15 +23,16 @@ use std::{hint::black_box, thread, time::Instant};
 use glam::{DMat4, DVec3};
 use narrow::Narrow;
 use nephroid::internals::geometry::{
-    Mesh, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters, World,
+    Mesh, Ray, Rectangle, Segment, Shape, Sphere, Transform, TraversalCounters, World,
 };
-use support::geometry::{Random, bumpy_torus, mesh};
-
-const RAYS: usize = 1 << 18;
+use rays::{coherent, incoherent, inside, is_measured, seconds, segments};
+use support::geometry::{bumpy_torus, mesh};
 
 fn main() {
-    println!("| scene | rays | Mrays/s, 1 thread | 2 threads | nodes/ray | tests/ray | hits |");
-    println!("|---|---|--:|--:|--:|--:|--:|");
+    println!(
+        "| scene | rays | Mrays/s, 1 thread | many at a time | 2 threads | nodes/ray | tests/ray | hits |"
+    );
+    println!("|---|---|--:|--:|--:|--:|--:|--:|");
     let meshes = [(400, 100), (820, 200)].map(|(around, across)| mesh(bumpy_torus(around, across)));
     let (mut builds, mut contests) = (Vec::new(), Vec::new());
     for mesh in meshes {
@@ -113,11 +117,6 @@ fn contest(scene: &str, kind: &str, world: &World, narrow: &Narrow, rays: &[Ray]
     )
 }
 
-/// True for `cargo bench`; `cargo test --benches` only checks that benches run.
-fn is_measured() -> bool {
-    std::env::args().any(|argument| argument == "--bench")
-}
-
 /// Number of runs of which the fastest counts.
 fn turns() -> u32 {
     if is_measured() { 12 } else { 1 }
@@ -139,41 +138,6 @@ fn ball_and_floor() -> World {
     ])
 }
 
-fn coherent() -> Vec<Ray> {
-    let (eye, side) = (DVec3::new(2.0, -3.0, 2.0), 1 << 9);
-    let forward = -eye.normalize();
-    let right = forward.cross(DVec3::Z).normalize();
-    let up = right.cross(forward);
-    (0..RAYS)
-        .map(|i| {
-            let at = |k: usize| 0.8 * ((k as f64 + 0.5) / f64::from(side) - 0.5);
-            let (x, y) = (at(i % side as usize), at(i / side as usize));
-            Ray::new(eye, (forward + right * x + up * y).normalize())
-        })
-        .collect()
-}
-
-fn incoherent() -> Vec<Ray> {
-    let mut random = Random(1);
-    (0..RAYS)
-        .map(|_| {
-            let [from, to] = [(); 2].map(|()| random.direction() * 1.5 * random.unit().cbrt());
-            Ray::new(from, (to - from).normalize())
-        })
-        .collect()
-}
-
-fn inside() -> Vec<Ray> {
-    let mut random = Random(2);
-    (0..RAYS)
-        .map(|_| {
-            let angle = std::f64::consts::TAU * random.unit();
-            let core = DVec3::new(angle.cos(), angle.sin(), 0.0);
-            Ray::new(core + 0.2 * random.direction(), random.direction())
-        })
-        .collect()
-}
-
 /// Searches for all rays; returns (hits, work).
 fn search(world: &World, rays: &[Ray]) -> (usize, TraversalCounters) {
     let mut counters = TraversalCounters::default();
@@ -184,6 +148,17 @@ fn search(world: &World, rays: &[Ray]) -> (usize, TraversalCounters) {
     (hits, counters)
 }
 
+/// Searches for all rays, many at a time.
+fn search_many(world: &World, segments: &[Segment]) -> usize {
+    let mut counters = TraversalCounters::default();
+    let mut found = Vec::new();
+    let batches = segments.chunks(512).map(|batch| {
+        world.closest_hits(batch, &mut found, &mut counters);
+        black_box(&found).iter().flatten().count()
+    });
+    batches.sum()
+}
+
 /// The fastest of all [turns], seconds: other programs can only make it slower.
 fn best(mut work: impl FnMut()) -> f64 {
     (0..turns())
@@ -191,16 +166,14 @@ fn best(mut work: impl FnMut()) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-fn seconds(work: impl FnOnce()) -> f64 {
-    let start = Instant::now();
-    work();
-    start.elapsed().as_secs_f64()
-}
-
 fn report(scene: &str, kind: &str, world: &World, rays: &[Ray]) {
     let (hits, counters) = search(world, rays);
     let one = best(|| {
         black_box(search(world, rays));
+    });
+    let segments = segments(rays);
+    let many = best(|| {
+        black_box(search_many(world, &segments));
     });
     let two = best(|| {
         thread::scope(|scope| {
@@ -211,8 +184,9 @@ fn report(scene: &str, kind: &str, world: &World, rays: &[Ray]) {
     });
     let n = rays.len() as f64;
     println!(
-        "| {scene} | {kind} | {:.2} | {:.2} | {:.1} | {:.2} | {:.0} % |",
+        "| {scene} | {kind} | {:.2} | {:.2} | {:.2} | {:.1} | {:.2} | {:.0} % |",
         n / one / 1e6,
+        n / many / 1e6,
         n / two / 1e6,
         counters.node_visits as f64 / n,
         counters.primitive_tests as f64 / n,

@@ -36,7 +36,7 @@ pub use mesh::{
     MeshError, MeshParts, VertexFans,
 };
 pub use plane_pair::PlanePair;
-pub use ray::Ray;
+pub use ray::{Ray, Segment};
 pub use shape::{Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 pub use surface::{Hit, SurfacePoint};
 pub use transform::{Transform, TransformError};

@@ -3,6 +3,7 @@
 use super::Hit;
 
 /// The nearest hit so far, and the distance beyond which hits are of no interest.
+#[derive(Clone)]
 pub(super) struct Nearest {
     limit: f64,
     hit: Option<Hit>,

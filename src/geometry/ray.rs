@@ -1,4 +1,4 @@
-//! Half-lines.
+//! Half-lines, and their beginnings.
 
 use glam::DVec3;
 
@@ -24,4 +24,13 @@ impl Ray {
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + self.direction * t
     }
+}
+
+/// The beginning of a ray, up to a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// The ray.
+    pub ray: Ray,
+    /// The distance up to which it is of interest, exclusive; may be infinite.
+    pub length: f64,
 }

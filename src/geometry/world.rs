@@ -5,7 +5,7 @@ use std::fmt;
 use glam::{DVec2, DVec3};
 
 use super::{
-    Bounds, Hit, PlanePair, Ray, Shape, SurfacePoint,
+    Bounds, Hit, PlanePair, Ray, Segment, Shape, SurfacePoint,
     accel::{BoxTree, Lanes, LeafVisitor, LocalRay},
     counters::TraversalCounters,
     mesh_tree::MeshTree,
@@ -101,6 +101,45 @@ impl World {
             }
         }
         nearest.hit()
+    }
+
+    /// [`Self::closest_hit`] of many rays, each before its segment's end: `found` becomes one entry a
+    /// segment.
+    ///
+    /// Sooner than one ray after the other if the rays are apart and a mesh is large: their searches then
+    /// wait for memory together. Hits and counters are the same.
+    pub fn closest_hits(
+        &self,
+        segments: &[Segment],
+        found: &mut Vec<Option<Hit>>,
+        counters: &mut TraversalCounters,
+    ) {
+        found.clear();
+        if self.over_shapes.is_some() {
+            let hits = segments.iter();
+            found.extend(hits.map(|it| self.closest_hit(&it.ray, it.length, counters)));
+            return;
+        }
+        counters.rays += segments.len() as u64;
+        let mut nearest: Vec<Nearest> = segments
+            .iter()
+            .map(|segment| Nearest::before(segment.length))
+            .collect();
+        for shape in 0..self.shapes.len() as u32 {
+            if let Some(tree) = &self.trees[shape as usize] {
+                tree.closest_hits(shape, segments, &mut nearest, counters);
+            } else {
+                for (segment, nearest) in segments.iter().zip(&mut nearest) {
+                    self.search_shape(shape, &segment.ray, nearest, counters);
+                }
+            }
+        }
+        found.extend(nearest.into_iter().map(Nearest::hit));
+    }
+
+    /// True if searches among some mesh's faces may wait for memory.
+    pub fn exceeds_caches(&self) -> bool {
+        self.trees.iter().flatten().any(MeshTree::exceeds_caches)
     }
 
     #[inline]
@@ -288,7 +327,12 @@ struct ShapeSearch<'a, F> {
 
 impl<F: FnMut(u32) -> f64> LeafVisitor for ShapeSearch<'_, F> {
     #[inline]
-    fn visit(&mut self, _lanes: impl Lanes, leaf: usize, _ray: &LocalRay) -> f64 {
+    fn candidates(&self, _lanes: impl Lanes, leaf: usize, _ray: &LocalRay) -> u32 {
+        (1 << self.tree.leaf(leaf).len()) - 1
+    }
+
+    #[inline]
+    fn test(&mut self, leaf: usize, _candidates: u32) -> f64 {
         for &shape in self.tree.leaf(leaf) {
             self.limit = (self.visit)(shape);
         }

@@ -14,7 +14,8 @@ use super::glossy;
 use super::ledger::Fate;
 use super::scatter::{Branch, Interaction, ShadingNormals, Way};
 use super::signature::{Event, MAX_EVENTS, Signature};
-use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
+use crate::geometry::{Hit, Ray, Segment, SurfacePoint, TraversalCounters};
+use crate::numeric::Extras;
 use crate::scene::{Material, Scene};
 
 /// Depth to which chains are followed, and to which they are split.
@@ -61,6 +62,11 @@ pub struct Arrival<'a, const N: usize> {
 
 /// A receiver of the reports on a followed chain.
 pub trait ChainSink<const N: usize> {
+    /// A photon starts with `flux` \[W\].
+    #[inline]
+    fn emitted(&mut self, flux: Flux<N>) {
+        let _ = flux;
+    }
     /// `flux` \[W\] travels along a leg: to a surface, or, without an arrival, out of the scene.
     #[inline]
     fn travels(
@@ -80,9 +86,17 @@ pub trait ChainSink<const N: usize> {
     fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>);
     /// Adjoint shading normals added `flux` \[W\].
     fn gained(&mut self, flux: Flux<N>);
-    /// A uniform number in [0, 1) for the choice after `signature` and `passes` surfaces passed through. It
-    /// is always the same for the same arguments.
-    fn choice(&mut self, signature: Signature, passes: u32) -> f64;
+}
+
+/// Light at its start.
+#[derive(Clone, Copy, Debug)]
+pub struct Emitted<const N: usize> {
+    /// The first leg.
+    pub ray: Ray,
+    /// Flux along it \[W\].
+    pub flux: Flux<N>,
+    /// The photon's own random numbers, from which branches are chosen.
+    pub choices: Extras,
 }
 
 /// Light on its way, one leg of a chain.
@@ -92,7 +106,34 @@ struct Flight<const N: usize> {
     flux: Flux<N>,
     signature: Signature,
     passes: u32,
+    choices: Extras,
 }
+
+impl<const N: usize> Flight<N> {
+    #[inline]
+    fn starts(light: &Emitted<N>) -> Self {
+        Self {
+            ray: light.ray,
+            flux: light.flux,
+            signature: Signature::DIRECT,
+            passes: 0,
+            choices: light.choices,
+        }
+    }
+
+    /// A uniform number in [0, 1) for the choice at a place that the light reaches after `passes` surfaces
+    /// that it passed through. It is always the same for the same path.
+    #[inline]
+    fn choice(&self, passes: u32) -> f64 {
+        // The events and passes of a path name it: there is one dimension for each choice along it.
+        let dimension = self.signature.key() ^ passes.wrapping_mul(0x9e37_79b9);
+        self.choices.at(dimension)
+    }
+}
+
+/// Legs searched for at a time: shapes are then tried one after the other for all of them. 16 to 128 take
+/// the same time.
+const WAVE: usize = 64;
 
 /// Largest number of surfaces that change nothing (null, open masks) before a chain is cut off. A ray meets
 /// each surface once, so only a pathological scene reaches it.
@@ -104,6 +145,10 @@ pub struct ChainTracer<'a, const N: usize> {
     settings: ChainSettings,
     /// Branches that wait while another is followed.
     pending: Vec<Flight<N>>,
+    /// Legs that are searched for together, and what they hit: kept for their memory.
+    wave: Vec<Flight<N>>,
+    segments: Vec<Segment>,
+    hits: Vec<Option<Hit>>,
     /// Work done so far.
     pub counters: TraversalCounters,
 }
@@ -120,14 +165,17 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             scene,
             settings,
             pending: Vec::new(),
+            wave: Vec::new(),
+            segments: Vec::new(),
+            hits: Vec::new(),
             counters: TraversalCounters::default(),
         }
     }
 
-    /// Follows `flux` \[W\] along `ray` until all of it has ended.
+    /// Follows light until all of it has ended.
     #[inline]
-    pub fn trace(&mut self, ray: Ray, flux: Flux<N>, sink: &mut impl ChainSink<N>) {
-        self.trace_among(self.scene.materials(), ray, flux, sink);
+    pub fn trace(&mut self, light: &Emitted<N>, sink: &mut impl ChainSink<N>) {
+        self.trace_among(self.scene.materials(), light, sink);
     }
 
     /// Follows the same among other materials than the scene's own: as light of one wavelength meets them.
@@ -137,38 +185,80 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     pub fn trace_among(
         &mut self,
         materials: &[Material],
-        ray: Ray,
-        flux: Flux<N>,
+        light: &Emitted<N>,
         sink: &mut impl ChainSink<N>,
     ) {
-        let mut flight = Flight {
-            ray,
-            flux,
-            signature: Signature::DIRECT,
-            passes: 0,
-        };
-        while let Some(next) = self
-            .step(materials, &flight, sink)
-            .or_else(|| self.pending.pop())
-        {
-            flight = next;
+        let world = self.scene.world();
+        sink.emitted(light.flux);
+        let mut next = Some(Flight::starts(light));
+        while let Some(flight) = next.take().or_else(|| self.pending.pop()) {
+            if !flight.flux.is_black() {
+                let hit = world.closest_hit(&flight.ray, f64::INFINITY, &mut self.counters);
+                next = self.step(materials, &flight, hit, sink);
+            }
         }
     }
 
-    /// Goes to the next surface, and on along one of its branches; others are left pending.
+    /// Follows many photons at a time: as [`Self::trace`] for each, in another order.
+    ///
+    /// Their rays are searched for together, some legs of some photons after some of others. So a sink is
+    /// to take reports in any order.
+    pub fn trace_all(
+        &mut self,
+        mut photons: impl Iterator<Item = Emitted<N>>,
+        sink: &mut impl ChainSink<N>,
+    ) {
+        let world = self.scene.world();
+        if world.exceeds_caches() {
+            photons.for_each(|light| self.trace(&light, sink));
+            return;
+        }
+        let materials = self.scene.materials();
+        let mut wave = std::mem::take(&mut self.wave);
+        let mut segments = std::mem::take(&mut self.segments);
+        let mut hits = std::mem::take(&mut self.hits);
+        loop {
+            if self.pending.is_empty() {
+                let started = photons.by_ref().take(WAVE).map(|light| {
+                    sink.emitted(light.flux);
+                    Flight::starts(&light)
+                });
+                self.pending.extend(started);
+                if self.pending.is_empty() {
+                    break;
+                }
+            }
+            // The latest first, so that few wait; in their order, so that neighbours had the same events.
+            let latest = self.pending.len().saturating_sub(WAVE);
+            let lit = |flight: &Flight<N>| !flight.flux.is_black();
+            wave.extend(self.pending.drain(latest..).filter(lit));
+            segments.extend(wave.iter().map(|flight| Segment {
+                ray: flight.ray,
+                length: f64::INFINITY,
+            }));
+            world.closest_hits(&segments, &mut hits, &mut self.counters);
+            for (flight, &hit) in wave.iter().zip(&hits) {
+                let next = self.step(materials, flight, hit, sink);
+                self.pending.extend(next);
+            }
+            wave.clear();
+            segments.clear();
+        }
+        (self.wave, self.segments, self.hits) = (wave, segments, hits);
+    }
+
+    /// Arrives at the next surface, and goes on along one of its branches; others are left pending.
     #[inline]
     fn step(
         &mut self,
         materials: &[Material],
         flight: &Flight<N>,
+        hit: Option<Hit>,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
-        if flight.flux.is_black() {
-            return None;
-        }
         let world = self.scene.world();
         let ray = &flight.ray;
-        let Some(hit) = world.closest_hit(ray, f64::INFINITY, &mut self.counters) else {
+        let Some(hit) = hit else {
             sink.travels(ray, None, flight.signature, flight.flux);
             sink.ended(flight.signature, Fate::Escaped, flight.flux);
             return None;
@@ -221,7 +311,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         point: &SurfacePoint,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
-        let choice = sink.choice(flight.signature, flight.passes);
+        let choice = flight.choice(flight.passes);
         let next = interaction
             .choose(choice)
             .and_then(|way| self.along(flight, flight.flux, way, interaction, point, sink));
@@ -244,8 +334,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         // No flight has passed so many surfaces: nothing else is chosen by these numbers.
-        let numbers =
-            [0, 1, 2].map(|k| sink.choice(flight.signature, flight.passes + k * (MAX_PASSES + 1)));
+        let numbers = [0, 1, 2].map(|k| flight.choice(flight.passes + k * (MAX_PASSES + 1)));
         let drawn = glossy::draw(
             self.scene,
             hit,
@@ -360,6 +449,87 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             flux: leaving,
             signature: event.map_or(flight.signature, |event| flight.signature.then(event)),
             passes: flight.passes + u32::from(event.is_none()),
+            choices: flight.choices,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::{Stream, StreamKind};
+    use glam::DVec3;
+
+    /// All reports, with the bits of their numbers.
+    #[derive(Default)]
+    struct Reports(Vec<(&'static str, Signature, Vec<u64>)>);
+
+    impl Reports {
+        fn add(&mut self, kind: &'static str, signature: Signature, flux: Flux<1>, place: DVec3) {
+            let numbers = [flux.0[0], place.x, place.y, place.z].map(f64::to_bits);
+            self.0.push((kind, signature, numbers.to_vec()));
+        }
+
+        fn in_order(mut self) -> Vec<(&'static str, Signature, Vec<u64>)> {
+            self.0.sort();
+            self.0
+        }
+    }
+
+    impl ChainSink<1> for Reports {
+        fn emitted(&mut self, flux: Flux<1>) {
+            self.add("emitted", Signature::DIRECT, flux, DVec3::ZERO);
+        }
+
+        fn arrived(&mut self, arrival: &Arrival<1>, _: &mut TraversalCounters) -> Fate {
+            let place = arrival.point.position;
+            self.add("arrived", arrival.signature, arrival.flux, place);
+            Fate::Received
+        }
+
+        fn ended(&mut self, signature: Signature, _: Fate, flux: Flux<1>) {
+            self.add("ended", signature, flux, DVec3::ZERO);
+        }
+
+        fn gained(&mut self, flux: Flux<1>) {
+            self.add("gained", Signature::DIRECT, flux, DVec3::ZERO);
+        }
+    }
+
+    #[test]
+    fn photons_followed_together_bring_what_each_brings_alone() {
+        let file = std::path::Path::new("scenes/glass-ball.xml");
+        let scene = crate::mitsuba::load(file, &[]).expect("a shipped scene loads");
+        let lamp = DVec3::new(0.0, 0.0, 4.0);
+        let stream = Stream::new(StreamKind::Sobol, 1);
+        // Some have no flux: they are not followed.
+        let photons: Vec<Emitted<1>> = (0..500)
+            .map(|index| {
+                let [x, y] = stream.point2(index);
+                // Within the ball's outline and a little beyond.
+                let direction = DVec3::new(0.9 * (x - 0.5), 0.9 * (y - 0.5), -1.0);
+                let ray = Ray::new(lamp, direction.normalize());
+                let flux = Flux([if index % 7 == 0 { 0.0 } else { 1.0 + x }]);
+                let choices = stream.extras(index);
+                Emitted { ray, flux, choices }
+            })
+            .collect();
+        for split_depth in [0, 2, 16] {
+            let settings = ChainSettings {
+                split_depth,
+                ..ChainSettings::default()
+            };
+            let (mut together, mut alone) = (Reports::default(), Reports::default());
+            let mut tracer = ChainTracer::new(&scene, settings);
+            tracer.trace_all(photons.iter().copied(), &mut together);
+            let counters = std::mem::take(&mut tracer.counters);
+            for light in &photons {
+                tracer.trace(light, &mut alone);
+            }
+            assert_eq!(counters, tracer.counters, "split depth {split_depth}");
+            let events = alone.0.iter().filter(|it| it.1.len() >= 2).count();
+            assert!(events > 400, "only {events} reports from behind the glass");
+            assert_eq!(together.in_order(), alone.in_order());
         }
     }
 }

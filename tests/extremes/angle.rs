@@ -13,6 +13,7 @@ use nephroid::internals::transport::ledger::Fate;
 use nephroid::internals::transport::scatter::ShadingNormals;
 use nephroid::internals::transport::signature::Signature;
 
+use crate::support::chains::light;
 use crate::support::extremes::double_double::{Exact, Exact3};
 use crate::support::extremes::{U, beams, layer, photons, red, scene};
 
@@ -325,9 +326,6 @@ impl ChainSink<1> for Ended {
         self.flux += flux.0[0];
     }
     fn gained(&mut self, _: Flux<1>) {}
-    fn choice(&mut self, _: Signature, _: u32) -> f64 {
-        0.5
-    }
 }
 
 /// Each of two interfaces splits F and 1 − F, one rounding each, and the products take one more; the sum of
@@ -367,7 +365,7 @@ fn what_is_reflected_and_what_is_transmitted_is_all_to_8_u() {
                 let turned = DVec2::from_angle(0.7) * sin;
                 let ray = Ray::new(DVec3::Z * side, turned.extend(-side * cos));
                 let mut ended = Ended::default();
-                tracer.trace(ray, Flux([1.0]), &mut ended);
+                tracer.trace(&light(ray), &mut ended);
                 let off = (ended.flux - 1.0).abs();
                 assert!(off <= 8.0 * U, "n {index}, cos {cos:e}: {:e}", ended.flux);
                 worst = worst.max(off);

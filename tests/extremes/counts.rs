@@ -15,6 +15,7 @@ use nephroid::internals::transport::signature::Signature;
 use rayon::prelude::*;
 
 use crate::support::beams::{beams, beams_to};
+use crate::support::chains::light;
 use crate::support::scenes::{Photons, bundled, layer, meter, over_floor, sensor_area};
 
 /// A weight of 24 decades and its exact value in units of 2⁻⁵¹: twelve bits, shifted by up to 79.
@@ -355,9 +356,6 @@ impl ChainSink<1> for Ends {
         }
     }
     fn gained(&mut self, _: Flux<1>) {}
-    fn choice(&mut self, _: Signature, _: u32) -> f64 {
-        unreachable!("every branch is followed")
-    }
 }
 
 /// One ray and all its branches. (1 − F)² F^2m comes out below after 2m reflections; where it is followed to
@@ -386,7 +384,7 @@ fn light_in_a_slab_is_followed_for_126_events_and_falls_by_f_at_each() {
             };
             let ray = Ray::new(DVec3::new(0.1, 0.2, 3.0), DVec3::NEG_Z);
             let mut ends = Ends::default();
-            ChainTracer::<1>::new(&scene, settings).trace(ray, Flux([1.0]), &mut ends);
+            ChainTracer::<1>::new(&scene, settings).trace(&light(ray), &mut ends);
             ends.landed.sort_unstable_by_key(|(path, _)| *path);
             // After 0, 2, 4, ... reflections it is at the lower side; what leaves by the upper one escapes.
             assert_eq!(

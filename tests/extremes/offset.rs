@@ -11,6 +11,7 @@ use nephroid::internals::transport::flux::Flux;
 use nephroid::internals::transport::ledger::Fate;
 use nephroid::internals::transport::signature::Signature;
 
+use crate::support::chains::light;
 use crate::support::extremes::{
     BALL, DIAMOND, ORACLE, Placement, RING, Template, U, WATER, beams, distance, judged, layer,
     photons, red, rmse,
@@ -52,9 +53,6 @@ impl ChainSink<1> for Everything {
     }
     fn ended(&mut self, _: Signature, _: Fate, _: Flux<1>) {}
     fn gained(&mut self, _: Flux<1>) {}
-    fn choice(&mut self, _: Signature, _: u32) -> f64 {
-        0.5
-    }
 }
 
 /// Surfaces that a ray of unit flux and all its branches meet, after at most so many events.
@@ -65,7 +63,7 @@ fn followed(scene: &Scene, ray: Ray, depth: u32) -> Vec<Met> {
         ..ChainSettings::default()
     };
     let mut sink = Everything::default();
-    ChainTracer::<1>::new(scene, settings).trace(ray, Flux([1.0]), &mut sink);
+    ChainTracer::<1>::new(scene, settings).trace(&light(ray), &mut sink);
     sink.0
 }
 

@@ -13,6 +13,7 @@ use nephroid::internals::transport::flux::Flux;
 use nephroid::internals::transport::ledger::Fate;
 use nephroid::internals::transport::signature::Signature;
 
+use crate::support::chains::light;
 use crate::support::scenes::layer;
 use crate::support::student::{moments, two_sided_quantile};
 use crate::support::{Photons, bundled};
@@ -73,10 +74,6 @@ impl ChainSink<3> for Exit {
     fn ended(&mut self, _signature: Signature, _fate: Fate, _flux: Flux<3>) {}
 
     fn gained(&mut self, _flux: Flux<3>) {}
-
-    fn choice(&mut self, _signature: Signature, _passes: u32) -> f64 {
-        0.0
-    }
 }
 
 /// The angle by which the prism deviates light of a wavelength that comes through the middle of the slit, from
@@ -91,7 +88,7 @@ fn traced(scene: &Scene, wavelength: f64, turned: f64) -> f64 {
     };
     let mut exit = Exit::default();
     let mut tracer = ChainTracer::<3>::new(scene, ChainSettings::default());
-    tracer.trace_among(materials.at(wavelength), ray, Flux::WHITE, &mut exit);
+    tracer.trace_among(materials.at(wavelength), &light(ray), &mut exit);
     exit.0.unwrap().angle_between(direction)
 }
 

@@ -7,6 +7,7 @@ pub mod beams;
 pub mod bsdf;
 pub mod caustic_scenes;
 pub mod caustics_volume;
+pub mod chains;
 pub mod comparison;
 pub mod contest;
 pub mod cpu;

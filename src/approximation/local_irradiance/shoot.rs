@@ -10,9 +10,9 @@ use super::lamp::Lamp;
 use super::leg::Leg;
 use super::work::Work;
 use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
-use crate::numeric::{Extras, Stream, morton_code};
+use crate::numeric::{Stream, morton_code};
 use crate::scene::{Material, Scene};
-use crate::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
+use crate::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer, Emitted};
 use crate::transport::flux::Flux;
 use crate::transport::ledger::Fate;
 use crate::transport::signature::Signature;
@@ -183,17 +183,16 @@ impl Shot<'_> {
             let mut sink = Sink {
                 shot: self,
                 deposits: &mut *deposits,
-                choices: self.stream.extras(index),
                 tally: &mut tally,
                 work: &mut work,
                 is_own: self.own.is_none(),
             };
-            add(&mut sink.tally.set_out, flux);
-            tracer.trace(
-                Ray::new(self.center + ray.origin, ray.direction),
+            let light = Emitted {
+                ray: Ray::new(self.center + ray.origin, ray.direction),
                 flux,
-                &mut sink,
-            );
+                choices: self.stream.extras(index),
+            };
+            tracer.trace(&light, &mut sink);
             tally.photons += 1;
         }
         work.photons += tally.photons;
@@ -211,7 +210,6 @@ fn add<const N: usize>(sum: &mut [f64; 3], flux: Flux<N>) {
 struct Sink<'a, const N: usize, D> {
     shot: &'a Shot<'a>,
     deposits: &'a mut D,
-    choices: Extras,
     tally: &'a mut Tally,
     work: &'a mut Work,
     /// True if the photon's first event was on the object. Chains follow all that comes of one first event
@@ -220,6 +218,11 @@ struct Sink<'a, const N: usize, D> {
 }
 
 impl<const N: usize, D: Deposits<N>> ChainSink<N> for Sink<'_, N, D> {
+    #[inline]
+    fn emitted(&mut self, flux: Flux<N>) {
+        add(&mut self.tally.set_out, flux);
+    }
+
     #[inline]
     fn travels(
         &mut self,
@@ -285,12 +288,6 @@ impl<const N: usize, D: Deposits<N>> ChainSink<N> for Sink<'_, N, D> {
     }
 
     fn gained(&mut self, _: Flux<N>) {}
-
-    #[inline]
-    fn choice(&mut self, signature: Signature, passes: u32) -> f64 {
-        self.choices
-            .at(signature.key() ^ passes.wrapping_mul(0x9e37_79b9))
-    }
 }
 
 /// True if a material is the border of glass: behind it is the inside.

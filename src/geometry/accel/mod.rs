@@ -2,7 +2,9 @@
 //!
 //! - [`build`]: obvhs' binary tree over boxes, collapsed into nodes of eight children.
 //! - [`balanced`]: a plain tree for boxes that obvhs would take too long over.
-//! - [`tree`]: the nodes, and the search through them, in `f32`.
+//! - [`tree`]: the nodes, in `f32`.
+//! - [`walk`]: the search of one ray through them, step by step.
+//! - [`stream`]: searches of many rays by turns.
 //! - [`tree_frame`]: a tree's own coordinates.
 //! - [`ray`]: a ray in a tree's own frame, and the derivation of its error bound.
 //! - [`pack`]: eight triangles in a leaf, and the filter that spares most of the exact tests.
@@ -20,10 +22,13 @@ mod pack;
 mod plane_pairs;
 mod ray;
 mod simd;
+mod stream;
 mod tree;
 mod tree_frame;
+mod walk;
 
 pub(super) use lanes::Lanes;
 pub(super) use pack::TrianglePack;
 pub(super) use ray::LocalRay;
+pub(super) use stream::Searches;
 pub(super) use tree::{BoxTree, LeafVisitor};

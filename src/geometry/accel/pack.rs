@@ -77,12 +77,12 @@ fn image<L: Lanes>(
     vertices: &[[f32; WIDTH]; 3],
     ray: &NarrowShear,
 ) -> (L::Vector, L::Vector) {
-    let [x_axis, y_axis, z_axis] = ray.axes;
+    let [x_axis, y_axis, z_axis] = ray.axes.map(|axis| axis as usize % 3);
     let [ox, oy, oz] = ray.origin;
     let [sx, sy] = ray.shear;
-    let x = lanes.sub(lanes.load(&vertices[x_axis % 3]), lanes.splat(ox));
-    let y = lanes.sub(lanes.load(&vertices[y_axis % 3]), lanes.splat(oy));
-    let z = lanes.sub(lanes.load(&vertices[z_axis % 3]), lanes.splat(oz));
+    let x = lanes.sub(lanes.load(&vertices[x_axis]), lanes.splat(ox));
+    let y = lanes.sub(lanes.load(&vertices[y_axis]), lanes.splat(oy));
+    let z = lanes.sub(lanes.load(&vertices[z_axis]), lanes.splat(oz));
     (
         lanes.sub(x, lanes.mul(lanes.splat(sx), z)),
         lanes.sub(y, lanes.mul(lanes.splat(sy), z)),

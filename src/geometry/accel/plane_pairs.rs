@@ -5,8 +5,9 @@ use glam::DVec3;
 use super::{
     lanes::{Lanes, WIDTH},
     ray::NARROW_ROUNDOFF,
-    tree::{BoxTree, Child, Stack, TreeNode},
+    tree::{BoxTree, Child, TreeNode},
     tree_frame::TreeFrame,
+    walk::Stack,
 };
 use crate::geometry::{PlanePair, rounding::UNIT_ROUNDOFF};
 

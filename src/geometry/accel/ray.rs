@@ -36,7 +36,7 @@ pub(in crate::geometry) struct LocalRay {
     pub(super) far_origin: [f32; 3],
     pub(super) reciprocal: [f32; 3],
     /// For each axis 1 if the direction is negative, else 0.
-    pub(super) signs: [usize; 3],
+    pub(super) signs: [u32; 3],
     /// Distance along the world's ray at which this one starts.
     start: f64,
     /// Number of local units in a world unit.
@@ -47,7 +47,7 @@ pub(in crate::geometry) struct LocalRay {
 
 /// A ray, prepared for the triangle filter; see [`TrianglePack`](super::TrianglePack).
 pub(super) struct NarrowShear {
-    pub(super) axes: [usize; 3],
+    pub(super) axes: [u32; 3],
     pub(super) origin: [f32; 3],
     pub(super) shear: [f32; 2],
     /// A part of the bound on the error of an edge function, as a factor of the image's largest coordinate.
@@ -82,10 +82,10 @@ impl LocalRay {
             signs: ray
                 .direction
                 .to_array()
-                .map(|d| usize::from(d.is_sign_negative())),
+                .map(|d| u32::from(d.is_sign_negative())),
             start,
             scale: frame.scale,
-            sheared: NarrowShear::new(origin, ray.direction, margin),
+            sheared: NarrowShear::new(origin, ray.direction, inverse, margin),
         })
     }
 
@@ -110,7 +110,8 @@ impl NarrowShear {
     /// An edge function of images with coordinates up to M (at most 4) is then off by 4δM + 2δ² and, for its
     /// own roundings, 4uM² ≤ 16uM. So it is off by less than (4δ + 16u) M + 2δ². A quarter more covers the
     /// roundings of M and of the bound itself.
-    fn new(origin: DVec3, direction: DVec3, margin: f64) -> Self {
+    #[inline]
+    fn new(origin: DVec3, direction: DVec3, inverse: DVec3, margin: f64) -> Self {
         let magnitude = direction.abs();
         let z = if magnitude.x > magnitude.y && magnitude.x > magnitude.z {
             0
@@ -121,10 +122,10 @@ impl NarrowShear {
         };
         let (x, y) = ((z + 1) % 3, (z + 2) % 3);
         let (origin, direction) = (narrow(origin), direction.to_array());
-        let inverse = 1.0 / direction[z];
+        let inverse = inverse[z];
         let image_error = 18.0 * NARROW_ROUNDOFF + 2.0 * margin;
         Self {
-            axes: [x, y, z],
+            axes: [x, y, z].map(|axis| axis as u32),
             origin: [origin[x], origin[y], origin[z]],
             shear: [
                 (direction[x] * inverse) as f32,

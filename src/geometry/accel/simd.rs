@@ -9,6 +9,7 @@ use super::{
     lanes::{Lanes, WIDTH},
     plane_pairs::LocalPlanePairs,
     ray::LocalRay,
+    stream::Searches,
     tree::{BoxTree, LeafVisitor, TreeNode},
 };
 
@@ -31,6 +32,18 @@ impl BoxTree {
             return unsafe { search_avx2(lanes, self, ray, limit, visitor) };
         }
         self.search_local(Portable, ray, limit, visitor)
+    }
+
+    /// All searches, some at a time by turns. Returns the number of nodes visited.
+    #[inline]
+    pub(in crate::geometry) fn search_all(&self, searches: &mut impl Searches) -> u64 {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = Avx2::detect() {
+            // SAFETY: the token proves that the processor has the feature.
+            #[allow(unsafe_code)]
+            return unsafe { search_all_avx2(lanes, self, searches) };
+        }
+        self.search_all_local(Portable, searches)
     }
 }
 
@@ -64,6 +77,12 @@ fn search_avx2(
     visitor: &mut impl LeafVisitor,
 ) -> u64 {
     tree.search_local(lanes, ray, limit, visitor)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn search_all_avx2(lanes: Avx2, tree: &BoxTree, searches: &mut impl Searches) -> u64 {
+    tree.search_all_local(lanes, searches)
 }
 
 /// Lanes for any processor.

@@ -55,13 +55,16 @@ pub(in crate::geometry) struct BoxTree {
     pub(super) order: Vec<u32>,
 }
 
-/// The work at the leaves of a search.
+/// The work at the leaves of a search, in two steps: a wait for memory may come between.
 pub(in crate::geometry) trait LeafVisitor {
     /// Called when a leaf is likely to be visited soon.
     fn announce(&self, _lanes: impl Lanes, _leaf: usize) {}
 
-    /// Looks at a leaf's primitives; returns the distance along the ray up to which to go on searching.
-    fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64;
+    /// A bit for each primitive of a leaf that is to be tested, which is likely to be soon.
+    fn candidates(&self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> u32;
+
+    /// Tests these primitives of a leaf; returns the distance along the ray up to which to go on searching.
+    fn test(&mut self, leaf: usize, candidates: u32) -> f64;
 }
 
 impl BoxTree {
@@ -94,58 +97,6 @@ impl BoxTree {
     #[inline]
     pub(in crate::geometry) fn enter(&self, ray: &Ray, limit: f64) -> Option<LocalRay> {
         LocalRay::enter(&self.frame, &self.bounds, ray, limit)
-    }
-
-    /// The search itself, to be compiled for each set of registers.
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    pub(super) fn search_local(
-        &self,
-        lanes: impl Lanes,
-        ray: &LocalRay,
-        limit: f64,
-        visitor: &mut impl LeafVisitor,
-    ) -> u64 {
-        let mut limit = ray.local_limit(limit);
-        let mut stack = Stack::new();
-        let mut next = Child::node(0);
-        let mut visits = 0;
-        loop {
-            if let Some(leaf) = next.as_leaf() {
-                limit = ray.local_limit(visitor.visit(lanes, leaf, ray));
-            } else {
-                visits += 1;
-                let node = &self.nodes[next.0 as usize];
-                let (entries, mut hits) = node.entries(lanes, ray, limit);
-                if hits != 0 {
-                    let mut nearest = hits.trailing_zeros() as usize;
-                    hits &= hits - 1;
-                    let bottom = stack.len();
-                    while hits != 0 {
-                        let mut further = hits.trailing_zeros() as usize;
-                        hits &= hits - 1;
-                        if entries[further] < entries[nearest] {
-                            std::mem::swap(&mut nearest, &mut further);
-                        }
-                        let child = node.children[further];
-                        match child.as_leaf() {
-                            Some(leaf) => visitor.announce(lanes, leaf),
-                            None => lanes.prefetch(&self.nodes[child.0 as usize]),
-                        }
-                        stack.push_sorted(bottom, entries[further], child);
-                    }
-                    next = node.children[nearest];
-                    continue;
-                }
-            }
-            next = loop {
-                match stack.pop() {
-                    None => return visits,
-                    Some((entry, child)) if entry <= limit => break child,
-                    Some(_) => {}
-                }
-            };
-        }
     }
 
     /// True if `leaf(position in the order)` holds for any primitive in boxes for all of which `overlaps`
@@ -187,11 +138,16 @@ impl TreeNode {
     /// `limit`.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    fn entries(&self, lanes: impl Lanes, ray: &LocalRay, limit: f32) -> ([f32; WIDTH], u32) {
+    pub(super) fn entries(
+        &self,
+        lanes: impl Lanes,
+        ray: &LocalRay,
+        limit: f32,
+    ) -> ([f32; WIDTH], u32) {
         let mut near = lanes.splat(0.0);
         let mut far = lanes.splat(limit);
         for axis in 0..3 {
-            let side = ray.signs[axis] & 1;
+            let side = (ray.signs[axis] & 1) as usize;
             let reciprocal = lanes.splat(ray.reciprocal[axis]);
             let first = lanes.load(&self.planes[2 * axis + side]);
             let last = lanes.load(&self.planes[2 * axis + 1 - side]);
@@ -215,66 +171,6 @@ impl TreeNode {
         Bounds {
             min: to_world(corner(0)).map(f64::next_down),
             max: to_world(corner(1)).map(f64::next_up),
-        }
-    }
-}
-
-/// Children still to be visited, with the distances at which the ray enters them.
-///
-/// The array is of fixed size, as nearly all searches need no more; the rest goes to the heap.
-pub(super) struct Stack {
-    fixed: [(f32, Child); Self::FIXED],
-    used: usize,
-    spilled: Vec<(f32, Child)>,
-}
-
-impl Stack {
-    const FIXED: usize = 48;
-
-    #[inline]
-    pub(super) fn new() -> Self {
-        Self {
-            fixed: [(0.0, Child(0)); Self::FIXED],
-            used: 0,
-            spilled: Vec::new(),
-        }
-    }
-
-    #[inline]
-    fn len(&self) -> usize {
-        self.used
-    }
-
-    /// Pushes a child whose distance does not matter.
-    #[inline]
-    pub(super) fn push(&mut self, child: Child) {
-        self.push_sorted(self.used, 0.0, child);
-    }
-
-    /// Pushes below those entries above `bottom` that are nearer.
-    #[inline]
-    fn push_sorted(&mut self, bottom: usize, entry: f32, child: Child) {
-        if self.used == Self::FIXED {
-            // The nearest-first order is a matter of speed only.
-            self.spilled.push((entry, child));
-            return;
-        }
-        let mut place = self.used;
-        while place > bottom && self.fixed[place - 1].0 < entry {
-            self.fixed[place] = self.fixed[place - 1];
-            place -= 1;
-        }
-        self.fixed[place] = (entry, child);
-        self.used += 1;
-    }
-
-    #[inline]
-    pub(super) fn pop(&mut self) -> Option<(f32, Child)> {
-        if self.used > 0 {
-            self.used -= 1;
-            Some(self.fixed[self.used])
-        } else {
-            self.spilled.pop()
         }
     }
 }

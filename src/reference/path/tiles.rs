@@ -14,15 +14,16 @@ use crate::geometry::TraversalCounters;
 use crate::numeric::Stream;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
-use crate::transport::camera::Camera;
+use crate::transport::camera::{Camera, PixelRay};
 use crate::transport::lights::Lights;
 use crate::transport::path_class::PathClass;
 
 /// A tile's side \[pixels\].
 const TILE: usize = 16;
 
-/// Samples of a pixel between two looks at `stop`: some milliseconds of work.
-const ASK_EVERY: u64 = 4096;
+/// Paths followed together, some milliseconds of work. Fewer than a hundred would not fill the search with
+/// rays.
+const WAVE: usize = 512;
 
 /// Tiles between two additions to the film. Their sums are kept until then, about 50 kB each.
 const BATCH: usize = 1024;
@@ -165,25 +166,28 @@ impl Job<'_> {
         let film = (self.camera.width(), self.camera.height());
         let splatter = Splatter::new(self.camera.filter(), film.0, film.1);
         let mut footprint = Footprint::default();
-        let border = self.camera.sampled_border() as f64;
-        for y in tile.top..tile.bottom {
-            for x in tile.left..tile.right {
-                let stream = self.stream.split(x as u64).split(y as u64);
-                for index in 0..self.samples {
-                    if index % ASK_EVERY == 0 && (self.stop)() {
-                        return None;
-                    }
-                    let numbers = PathNumbers { stream, index };
-                    let [u, v, s, t] = numbers.camera();
-                    let at = DVec2::new(within(x, u), within(y, v)) - border;
-                    let view = self.camera.ray_through(at, DVec2::new(s, t));
-                    let radiance = tracer.trace(&view, numbers);
-                    if radiance.iter().all(|value| value.is_finite()) {
-                        splatter.spread(at, &mut footprint);
-                        block.add(&footprint, &radiance);
-                    } else {
-                        block.sums.note_not_finite(1, at);
-                    }
+        let mut views = self.views(tile);
+        let (mut wave, mut places, mut found) = (Vec::new(), Vec::new(), Vec::new());
+        loop {
+            wave.clear();
+            places.clear();
+            for (at, view, numbers) in views.by_ref().take(WAVE) {
+                places.push(at);
+                wave.push((view, numbers));
+            }
+            if wave.is_empty() {
+                break;
+            }
+            if (self.stop)() {
+                return None;
+            }
+            tracer.trace_all(&wave, &mut found);
+            for (&at, radiance) in places.iter().zip(&found) {
+                if radiance.iter().all(|value| value.is_finite()) {
+                    splatter.spread(at, &mut footprint);
+                    block.add(&footprint, radiance);
+                } else {
+                    block.sums.note_not_finite(1, at);
                 }
             }
         }
@@ -192,6 +196,23 @@ impl Job<'_> {
         let pixels = (tile.right - tile.left) * (tile.bottom - tile.top);
         (self.finished)(pixels as u64 * self.samples);
         Some(block)
+    }
+
+    /// The samples of a tile, pixel by pixel: film points, rays and numbers.
+    fn views(&self, tile: &Tile) -> impl Iterator<Item = (DVec2, PixelRay, PathNumbers)> {
+        let border = self.camera.sampled_border() as f64;
+        let Tile { left, right, .. } = *tile;
+        let pixels = (tile.top..tile.bottom).flat_map(move |y| (left..right).map(move |x| (x, y)));
+        pixels.flat_map(move |(x, y)| {
+            let stream = self.stream.split(x as u64).split(y as u64);
+            (0..self.samples).map(move |index| {
+                let numbers = PathNumbers { stream, index };
+                let [u, v, s, t] = numbers.camera();
+                let at = DVec2::new(within(x, u), within(y, v)) - border;
+                let view = self.camera.ray_through(at, DVec2::new(s, t));
+                (at, view, numbers)
+            })
+        })
     }
 
     /// An empty block of all pixels of the film that a tile's samples may reach.

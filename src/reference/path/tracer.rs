@@ -1,9 +1,9 @@
-//! One path: from the camera, by way of surfaces, to every emitter that it finds.
+//! Paths: from the camera, by way of surfaces, to every emitter that it finds.
 
 use glam::DVec3;
 
 use super::settings::PathSettings;
-use crate::geometry::{Hit, Ray, SurfacePoint, TraversalCounters};
+use crate::geometry::{Hit, Ray, Segment, SurfacePoint, TraversalCounters};
 use crate::numeric::Stream;
 use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
@@ -122,8 +122,72 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// One sample of the radiance [W/m²/sr] that comes back along a view, by class of path.
-    pub fn trace(&mut self, view: &PixelRay, numbers: PathNumbers) -> RadianceByClass {
+    /// A sample of the radiance [W/m²/sr] that comes back along each view, by class of path: `found`
+    /// becomes one entry a view. Each depends on its view and numbers alone.
+    pub fn trace_all(
+        &mut self,
+        views: &[(PixelRay, PathNumbers)],
+        found: &mut Vec<RadianceByClass>,
+    ) {
+        found.clear();
+        if self.settings.max_depth == Some(0) {
+            found.resize(views.len(), Default::default());
+        } else if self.scene.world().exceeds_caches() {
+            self.trace_together(views, found);
+        } else {
+            found.extend(
+                views
+                    .iter()
+                    .map(|(view, numbers)| self.trace(view, *numbers)),
+            );
+        }
+    }
+
+    fn trace(&mut self, view: &PixelRay, numbers: PathNumbers) -> RadianceByClass {
+        let mut path = self.start(view);
+        let world = self.scene.world();
+        for surface in 0..MAX_SURFACES {
+            let hit = world.closest_hit(&path.ray, path.reach, &mut self.counters);
+            if !self.step(&mut path, hit, surface, numbers) {
+                return path.radiance;
+            }
+        }
+        self.cut_off += 1;
+        path.radiance
+    }
+
+    /// Traces paths whose rays are searched for together: searches in large meshes then wait for memory
+    /// together.
+    fn trace_together(
+        &mut self,
+        views: &[(PixelRay, PathNumbers)],
+        found: &mut Vec<RadianceByClass>,
+    ) {
+        let mut paths: Vec<Path> = views.iter().map(|(view, _)| self.start(view)).collect();
+        let mut under_way: Vec<usize> = (0..paths.len()).collect();
+        let (mut segments, mut hits) = (Vec::new(), Vec::new());
+        for surface in 0..MAX_SURFACES {
+            if under_way.is_empty() {
+                break;
+            }
+            segments.clear();
+            segments.extend(under_way.iter().map(|&i| Segment {
+                ray: paths[i].ray,
+                length: paths[i].reach,
+            }));
+            let world = self.scene.world();
+            world.closest_hits(&segments, &mut hits, &mut self.counters);
+            let mut hits = hits.iter();
+            under_way.retain(|&i| {
+                let hit = hits.next().copied().flatten();
+                self.step(&mut paths[i], hit, surface, views[i].1)
+            });
+        }
+        self.cut_off += under_way.len() as u64;
+        found.extend(paths.iter().map(|path| path.radiance));
+    }
+
+    fn start(&mut self, view: &PixelRay) -> Path {
         let mut path = Path {
             ray: view.ray,
             reach: view.reach,
@@ -135,27 +199,21 @@ impl<'a> Tracer<'a> {
             is_straight: true,
             radiance: [Rgb::BLACK; PathClass::ALL.len()],
         };
-        if self.settings.max_depth == Some(0) {
-            return path.radiance;
-        }
         if self.settings.hide_emitters {
             self.skip_shining(&mut path);
         }
-        let mut surface = 0;
-        while self.step(&mut path, surface, numbers) {
-            surface += 1;
-            if surface == MAX_SURFACES {
-                self.cut_off += 1;
-                break;
-            }
-        }
-        path.radiance
+        path
     }
 
-    /// Goes to the next surface, and away from it. True if the path goes on.
-    fn step(&mut self, path: &mut Path, surface: u32, numbers: PathNumbers) -> bool {
+    /// Arrives at a surface, if there is one, and goes away from it. True if the path goes on.
+    fn step(
+        &mut self,
+        path: &mut Path,
+        hit: Option<Hit>,
+        surface: u32,
+        numbers: PathNumbers,
+    ) -> bool {
         let world = self.scene.world();
-        let hit = world.closest_hit(&path.ray, path.reach, &mut self.counters);
         let Some(hit) = hit else {
             // An environment is hidden as long as nothing else is seen in that direction.
             if !(self.settings.hide_emitters && path.is_straight) {
@@ -302,5 +360,52 @@ impl Path {
         self.legs += 1;
         self.ray = point.spawn(sample.wo);
         self.reach = f64::INFINITY;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::StreamKind;
+    use crate::transport::camera::Camera;
+    use glam::DVec2;
+
+    #[test]
+    fn paths_followed_together_bring_what_each_brings_alone() {
+        let file = std::path::Path::new("scenes/cornell-glass.xml");
+        let scene = crate::mitsuba::load(file, &[]).expect("a shipped scene loads");
+        let sensor = scene.sensors().iter().find(|it| it.id == "camera");
+        let camera = Camera::new(&scene, sensor.expect("a camera")).expect("it can be sampled");
+        let lights = Lights::new(&scene);
+        let shines = shining_shapes(&scene);
+        for (max_depth, hide_emitters) in [(None, false), (Some(3), true)] {
+            let settings = PathSettings {
+                max_depth,
+                hide_emitters,
+                ..PathSettings::default()
+            };
+            let stream = Stream::new(StreamKind::Sobol, 1);
+            let views: Vec<_> = (0..600)
+                .map(|index| {
+                    let numbers = PathNumbers { stream, index };
+                    let [u, v, s, t] = numbers.camera();
+                    let size = DVec2::new(camera.width() as f64, camera.height() as f64);
+                    let at = DVec2::new(u, v) * size;
+                    (camera.ray_through(at, DVec2::new(s, t)), numbers)
+                })
+                .collect();
+            let mut tracer = Tracer::new(&scene, &lights, &settings, &shines);
+            let mut together = Vec::new();
+            tracer.trace_together(&views, &mut together);
+            let counters = std::mem::take(&mut tracer.counters);
+            let alone: Vec<_> = views
+                .iter()
+                .map(|(view, numbers)| tracer.trace(view, *numbers))
+                .collect();
+            assert_eq!(together, alone);
+            assert_eq!(counters, tracer.counters);
+            let lit = alone.iter().flatten().filter(|it| !it.is_black()).count();
+            assert!(lit > 300, "only {lit} paths bring light: they test little");
+        }
     }
 }

@@ -48,6 +48,9 @@ pub struct Catch<'a> {
 }
 
 impl Recipient<3> for Catch<'_> {
+    /// The order of a map's photons is that of their sums.
+    const IS_ORDERED: bool = true;
+
     fn emitted(&mut self, _flux: Flux<3>) {}
 
     #[inline]

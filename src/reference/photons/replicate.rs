@@ -3,12 +3,12 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use crate::geometry::{Ray, TraversalCounters};
-use crate::numeric::{Extras, FixedPoint, Stream};
+use crate::geometry::TraversalCounters;
+use crate::numeric::{FixedPoint, Stream};
 use crate::radiometry::Rgb;
 use crate::scene::{MaterialsAtWavelength, Scene};
 use crate::spectrum::Wavelengths;
-use crate::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
+use crate::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer, Emitted};
 use crate::transport::domain::LightSpace;
 use crate::transport::domain::chart::LightChart;
 use crate::transport::domain::patch::ChartPatch;
@@ -21,6 +21,8 @@ const TASK_PHOTONS: u64 = 4096;
 
 /// Record of the photons of one task, in `N` channels.
 pub trait Recipient<const N: usize>: Send {
+    /// True if it is to hear of one photon after the other; else legs of some come between those of others.
+    const IS_ORDERED: bool = false;
     /// A photon starts with `flux` \[W\].
     fn emitted(&mut self, flux: Flux<N>);
     /// Light arrives at a surface, and may end there or go on. Returns the fate of the light that ends.
@@ -89,20 +91,22 @@ impl Job<'_> {
             .map(|spans| {
                 let mut tracer = ChainTracer::new(self.scene, self.chains);
                 let mut recipient = recipient();
-                let mut spectrum = MaterialsAtWavelength::new(self.scene);
-                for span in &spans {
-                    match &mut spectrum {
-                        None => self.trace_span(span, photons, &mut tracer, &mut recipient),
-                        Some(spectrum) => {
+                let mut sink = Sink(&mut recipient);
+                let mut all = spans.iter().flat_map(|span| self.emit(span, photons));
+                match MaterialsAtWavelength::new(self.scene) {
+                    Some(mut spectrum) => {
+                        for span in &spans {
                             self.disperse_span(
                                 span,
                                 photons,
-                                spectrum,
+                                &mut spectrum,
                                 &mut tracer,
-                                &mut recipient,
+                                &mut sink,
                             );
                         }
                     }
+                    None if R::IS_ORDERED => all.for_each(|it| tracer.trace(&it, &mut sink)),
+                    None => tracer.trace_all(&mut all, &mut sink),
                 }
                 recipient.finish();
                 (self.finished)(spans.iter().map(|span| span.count).sum());
@@ -161,23 +165,14 @@ impl Job<'_> {
         tasks
     }
 
-    fn trace_span<const N: usize>(
+    /// The photons of a span.
+    fn emit<const N: usize>(
         &self,
         span: &Span,
         photons: u64,
-        tracer: &mut ChainTracer<N>,
-        recipient: &mut impl Recipient<N>,
-    ) {
+    ) -> impl Iterator<Item = Emitted<N>> + use<'_, N> {
         let start = Start::new(self, span.cell, photons);
-        for index in span.first..span.first + span.count {
-            let (ray, flux) = start.photon(index);
-            recipient.emitted(flux);
-            let mut sink = Sink {
-                recipient,
-                choices: start.stream.extras(index),
-            };
-            tracer.trace(ray, flux, &mut sink);
-        }
+        (span.first..span.first + span.count).map(move |index| start.photon(index))
     }
 
     /// Traces the photons of a scene with dispersion: each has a wavelength of its own.
@@ -191,7 +186,7 @@ impl Job<'_> {
         photons: u64,
         spectrum: &mut MaterialsAtWavelength,
         tracer: &mut ChainTracer<N>,
-        recipient: &mut impl Recipient<N>,
+        sink: &mut Sink<'_, impl Recipient<N>>,
     ) {
         let start = Start::new(self, span.cell, photons);
         let wavelengths = Wavelengths::get();
@@ -206,14 +201,9 @@ impl Job<'_> {
                 start.stream.point4(index)[2]
             };
             let wavelength = wavelengths.at(u);
-            let (ray, flux) = start.photon(index);
-            let flux = flux * Flux::of(Rgb(wavelength.weights));
-            recipient.emitted(flux);
-            let mut sink = Sink {
-                recipient,
-                choices: start.stream.extras(index),
-            };
-            tracer.trace_among(spectrum.at(wavelength.nm), ray, flux, &mut sink);
+            let mut light = start.photon(index);
+            light.flux = light.flux * Flux::of(Rgb(wavelength.weights));
+            tracer.trace_among(spectrum.at(wavelength.nm), &light, sink);
         }
     }
 }
@@ -247,9 +237,9 @@ impl<'a, const N: usize> Start<'a, N> {
         }
     }
 
-    /// The ray and the flux \[W\] of a photon.
+    /// A photon at its start.
     #[inline]
-    fn photon(&self, index: u64) -> (Ray, Flux<N>) {
+    fn photon(&self, index: u64) -> Emitted<N> {
         let (at, start) = if self.has_area {
             let [x, y, u, v] = self.stream.point4(index);
             (DVec2::new(x, y), DVec2::new(u, v))
@@ -261,36 +251,35 @@ impl<'a, const N: usize> Start<'a, N> {
             Some(color) => Flux::of(self.chart.strength() * color * self.weight),
             None => self.strength,
         };
-        (emission.ray, strength * emission.measure)
+        Emitted {
+            ray: emission.ray,
+            flux: strength * emission.measure,
+            choices: self.stream.extras(index),
+        }
     }
 }
 
-/// A sink that hands a photon's ends to its task, and deals its random choices.
-struct Sink<'a, R> {
-    recipient: &'a mut R,
-    choices: Extras,
-}
+/// A sink that hands photons' ends to their task.
+struct Sink<'a, R>(&'a mut R);
 
 impl<const N: usize, R: Recipient<N>> ChainSink<N> for Sink<'_, R> {
     #[inline]
+    fn emitted(&mut self, flux: Flux<N>) {
+        self.0.emitted(flux);
+    }
+
+    #[inline]
     fn arrived(&mut self, arrival: &Arrival<N>, counters: &mut TraversalCounters) -> Fate {
-        self.recipient.arrived(arrival, counters)
+        self.0.arrived(arrival, counters)
     }
 
     #[inline]
     fn ended(&mut self, signature: Signature, fate: Fate, flux: Flux<N>) {
-        self.recipient.ended(signature, fate, flux);
+        self.0.ended(signature, fate, flux);
     }
 
     #[inline]
     fn gained(&mut self, flux: Flux<N>) {
-        self.recipient.gained(flux);
-    }
-
-    #[inline]
-    fn choice(&mut self, signature: Signature, passes: u32) -> f64 {
-        // The events and passes of a path name it: there is one dimension for each choice along it.
-        let dimension = signature.key() ^ passes.wrapping_mul(0x9e37_79b9);
-        self.choices.at(dimension)
+        self.0.gained(flux);
     }
 }

@@ -13,6 +13,7 @@ use nephroid::internals::transport::flux::Flux;
 use nephroid::internals::transport::ledger::Fate;
 use nephroid::internals::transport::signature::Signature;
 
+use crate::support::chains::light;
 use crate::support::extremes::{U, scene};
 
 /// Concentric balls under a lamp, over a receiver.
@@ -208,9 +209,6 @@ impl ChainSink<1> for Landing {
     }
     fn ended(&mut self, _: Signature, _: Fate, _: Flux<1>) {}
     fn gained(&mut self, _: Flux<1>) {}
-    fn choice(&mut self, _: Signature, _: u32) -> f64 {
-        0.5
-    }
 }
 
 /// A ray along all its branches up to as many events as it takes to be transmitted everywhere.
@@ -227,7 +225,7 @@ pub fn followed(shells: &Shells, scene: &Scene, sin: f64) -> Option<(DVec3, f64)
         found: None,
     };
     let ray = shells.ray(sin, 0.3);
-    ChainTracer::<1>::new(scene, settings).trace(ray, Flux([1.0]), &mut sink);
+    ChainTracer::<1>::new(scene, settings).trace(&light(ray), &mut sink);
     sink.found
 }
 

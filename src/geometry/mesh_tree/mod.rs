@@ -1,6 +1,9 @@
-//! The search among a mesh's triangles.
+//! The search among a mesh's triangles: for one ray here, for many in [`many`].
+
+mod many;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::{
     Bounds, Hit, Mesh, PlanePair, Ray,
@@ -10,11 +13,21 @@ use super::{
     triangle::ShearedRay,
 };
 
+/// What a search reads of a leaf: all but the corners of candidates.
+#[repr(C, align(64))]
+struct FaceLeaf {
+    /// The triangles as the filter needs them.
+    pack: TrianglePack,
+    /// Their faces.
+    faces: [u32; 8],
+    /// The position of the first in the order of all.
+    first: u32,
+}
+
 /// A tree over a mesh's distinct faces.
 pub(super) struct MeshTree {
     tree: BoxTree,
-    /// The triangles as the filter needs them, one pack a leaf.
-    packs: Vec<TrianglePack>,
+    leaves: Vec<FaceLeaf>,
     /// The faces, leaf by leaf.
     faces: Vec<u32>,
     /// Their corners: copies, so that a test reads from one place and not from five.
@@ -25,24 +38,30 @@ impl MeshTree {
     pub(super) fn new(mesh: &Mesh) -> Self {
         let faces = mesh.distinct_faces();
         let boxes: Vec<Bounds> = faces
-            .iter()
+            .par_iter()
             .map(|&face| Bounds::from_points(mesh.corners(face)))
             .collect();
         let tree = BoxTree::new(&boxes);
         let ordered = |range: &[u32]| -> Vec<u32> {
             range.iter().map(|&index| faces[index as usize]).collect()
         };
-        let packs = (0..tree.leaf_count())
+        let leaves = (0..tree.leaf_count())
+            .into_par_iter()
             .map(|leaf| {
-                let faces = ordered(tree.leaf(leaf));
-                TrianglePack::new(tree.frame(), faces.iter().map(|&face| mesh.corners(face)))
+                let found = ordered(tree.leaf(leaf));
+                let pack =
+                    TrianglePack::new(tree.frame(), found.iter().map(|&face| mesh.corners(face)));
+                let mut faces = [0; 8];
+                faces[..found.len()].copy_from_slice(&found);
+                let first = tree.leaf_range(leaf).start as u32;
+                FaceLeaf { pack, faces, first }
             })
             .collect();
         let faces = ordered(tree.order());
-        let corners = faces.iter().map(|&face| mesh.corners(face)).collect();
+        let corners = faces.par_iter().map(|&face| mesh.corners(face)).collect();
         Self {
             tree,
-            packs,
+            leaves,
             faces,
             corners,
         }
@@ -50,7 +69,7 @@ impl MeshTree {
 
     pub(super) fn memory_bytes(&self) -> usize {
         self.tree.memory_bytes()
-            + size_of_val(&*self.packs)
+            + size_of_val(&*self.leaves)
             + size_of_val(&*self.faces)
             + size_of_val(&*self.corners)
     }
@@ -115,6 +134,33 @@ impl MeshTree {
         blocked
     }
 
+    /// Exact tests of some faces of a leaf.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    fn test(
+        &self,
+        leaf: usize,
+        mut candidates: u32,
+        shape: u32,
+        sheared: &ShearedRay,
+        mut found: impl FnMut(Hit),
+    ) {
+        let leaf = &self.leaves[leaf];
+        while candidates != 0 {
+            let slot = candidates.trailing_zeros() as usize;
+            candidates &= candidates - 1;
+            let position = leaf.first as usize + slot;
+            if let Some(hit) = sheared.intersect(&self.corners[position]) {
+                found(Hit {
+                    distance: hit.distance,
+                    shape,
+                    face: leaf.faces[slot],
+                    barycentric: DVec2::new(hit.b1, hit.b2),
+                });
+            }
+        }
+    }
+
     pub(super) fn any_box(&self, overlaps: &mut impl FnMut(&Bounds) -> bool) -> bool {
         self.tree.any_box(overlaps, |position, overlaps| {
             overlaps(&Bounds::from_points(self.corners[position]))
@@ -147,27 +193,23 @@ impl<F: FnMut(Hit) -> f64> LeafVisitor for FaceSearch<'_, F> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     fn announce(&self, lanes: impl Lanes, leaf: usize) {
-        lanes.prefetch(&self.tree.packs[leaf]);
+        lanes.prefetch(&self.tree.leaves[leaf]);
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    fn visit(&mut self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> f64 {
-        let first = self.tree.tree.leaf_range(leaf).start;
-        let mut candidates = self.tree.packs[leaf].candidates(lanes, ray);
-        while candidates != 0 {
-            let position = first + candidates.trailing_zeros() as usize;
-            candidates &= candidates - 1;
-            self.tests += 1;
-            if let Some(hit) = self.sheared.intersect(&self.tree.corners[position]) {
-                self.limit = (self.found)(Hit {
-                    distance: hit.distance,
-                    shape: self.shape,
-                    face: self.tree.faces[position],
-                    barycentric: DVec2::new(hit.b1, hit.b2),
-                });
-            }
-        }
+    fn candidates(&self, lanes: impl Lanes, leaf: usize, ray: &LocalRay) -> u32 {
+        self.tree.leaves[leaf].pack.candidates(lanes, ray)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    fn test(&mut self, leaf: usize, candidates: u32) -> f64 {
+        self.tests += u64::from(candidates.count_ones());
+        self.tree
+            .test(leaf, candidates, self.shape, &self.sheared, |hit| {
+                self.limit = (self.found)(hit);
+            });
         self.limit
     }
 }
@@ -175,7 +217,7 @@ impl<F: FnMut(Hit) -> f64> LeafVisitor for FaceSearch<'_, F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::MeshParts;
+    use crate::geometry::{MeshParts, Segment};
     use crate::numeric::math;
 
     /// Numbers in -1..1, the same ones each time.
@@ -239,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn the_search_finds_the_very_hit_that_trying_every_face_finds() {
+    fn both_ways_to_search_find_the_very_hit_that_trying_every_face_finds() {
         let mut hits = 0;
         for (scale, offset, away) in [
             (1.0, DVec3::ZERO, 1.0),
@@ -252,6 +294,8 @@ mod tests {
             let mesh = sheet(24, scale, offset);
             let tree = MeshTree::new(&mesh);
             let mut sequence = Sequence(9);
+            let (mut segments, mut alone) = (Vec::new(), Vec::new());
+            let mut counters = TraversalCounters::default();
             for i in 0..40_000 {
                 let mut from = sequence.point() * 2.0 * away;
                 // On a vertex, on an edge, or anywhere.
@@ -271,12 +315,32 @@ mod tests {
                 };
                 let ray = Ray::new(from, direction);
                 let mut nearest = Nearest::before(f64::INFINITY);
-                let mut counters = TraversalCounters::default();
                 tree.closest_hit(0, &ray, &mut nearest, &mut counters);
                 let expected = try_every_face(&mesh, &ray);
                 hits += usize::from(expected.is_some());
-                assert_eq!(nearest.hit(), expected, "scale {scale:e}, {ray:?}");
+                assert_eq!(nearest.clone().hit(), expected, "scale {scale:e}, {ray:?}");
+                // Every other segment ends at the hit: it is not reached.
+                let length = if segments.len() % 2 == 0 {
+                    f64::INFINITY
+                } else {
+                    nearest.limit()
+                };
+                alone.push(expected.filter(|hit| hit.distance < length));
+                segments.push(Segment { ray, length });
             }
+            let mut by_turns: Vec<Nearest> = segments
+                .iter()
+                .map(|segment| Nearest::before(segment.length))
+                .collect();
+            let mut turns = TraversalCounters::default();
+            tree.closest_hits_by_turns(0, &segments, &mut by_turns, &mut turns);
+            let by_turns: Vec<_> = by_turns.into_iter().map(Nearest::hit).collect();
+            assert_eq!(by_turns, alone, "scale {scale:e}");
+            // The same nodes and tests, but for what the shorter segments spare.
+            assert!(
+                turns.node_visits <= counters.node_visits,
+                "{turns:?}, {counters:?}"
+            );
         }
         assert!(hits > 120_000, "only {hits} hits: the rays test little");
     }

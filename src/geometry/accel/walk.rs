@@ -1,0 +1,212 @@
+//! The search down a tree, one node or leaf at a time.
+
+use super::{
+    lanes::Lanes,
+    ray::LocalRay,
+    tree::{BoxTree, Child, LeafVisitor},
+};
+
+/// A ray's search under way: what it visits next, and what waits.
+///
+/// It goes step by step, so that it can wait for memory while others go on (see [`stream`](super::stream)).
+pub(super) struct Walk {
+    stack: Stack,
+    next: Child,
+    /// Primitives of the next leaf that are to be tested; 0 if the leaf was not looked at.
+    candidates: u32,
+    /// The distance in the tree's frame up to which to go on.
+    limit: f32,
+}
+
+impl BoxTree {
+    /// The search of one ray, to be compiled for each set of registers.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    pub(super) fn search_local(
+        &self,
+        lanes: impl Lanes,
+        ray: &LocalRay,
+        limit: f64,
+        visitor: &mut impl LeafVisitor,
+    ) -> u64 {
+        let mut walk = Walk::new(ray, limit);
+        let mut visits = 0;
+        loop {
+            visits += u64::from(walk.is_at_node());
+            if !walk.step::<true>(lanes, self, ray, visitor) {
+                return visits;
+            }
+        }
+    }
+}
+
+impl Walk {
+    /// A search at the root.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    pub(super) fn new(ray: &LocalRay, limit: f64) -> Self {
+        Self {
+            stack: Stack::new(),
+            next: Child::node(0),
+            candidates: 0,
+            limit: ray.local_limit(limit),
+        }
+    }
+
+    /// Starts anew at the root.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    pub(super) fn restart(&mut self, ray: &LocalRay, limit: f64) {
+        self.stack.clear();
+        self.next = Child::node(0);
+        self.candidates = 0;
+        self.limit = ray.local_limit(limit);
+    }
+
+    /// True if the next step visits a node.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    pub(super) fn is_at_node(&self) -> bool {
+        self.next.as_leaf().is_none()
+    }
+
+    /// Visits the next node, looks at the next leaf or tests its candidates; false if nothing is left.
+    ///
+    /// `AHEAD` hints at all children that wait, which pays if the search goes on at once.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    pub(super) fn step<const AHEAD: bool>(
+        &mut self,
+        lanes: impl Lanes,
+        tree: &BoxTree,
+        ray: &LocalRay,
+        visitor: &mut impl LeafVisitor,
+    ) -> bool {
+        if let Some(leaf) = self.next.as_leaf() {
+            if self.candidates == 0 {
+                self.candidates = visitor.candidates(lanes, leaf, ray);
+                if self.candidates != 0 {
+                    return true;
+                }
+            } else {
+                self.limit = ray.local_limit(visitor.test(leaf, self.candidates));
+                self.candidates = 0;
+            }
+        } else {
+            let node = &tree.nodes[self.next.0 as usize];
+            let (entries, mut hits) = node.entries(lanes, ray, self.limit);
+            if hits != 0 {
+                let mut nearest = hits.trailing_zeros() as usize;
+                hits &= hits - 1;
+                let bottom = self.stack.len();
+                while hits != 0 {
+                    let mut further = hits.trailing_zeros() as usize;
+                    hits &= hits - 1;
+                    if entries[further] < entries[nearest] {
+                        std::mem::swap(&mut nearest, &mut further);
+                    }
+                    let child = node.children[further];
+                    if AHEAD {
+                        announce(lanes, tree, child, visitor);
+                    }
+                    self.stack.push_sorted(bottom, entries[further], child);
+                }
+                self.next = node.children[nearest];
+                return true;
+            }
+        }
+        loop {
+            match self.stack.pop() {
+                None => return false,
+                Some((entry, child)) if entry <= self.limit => {
+                    self.next = child;
+                    return true;
+                }
+                Some(_) => {}
+            }
+        }
+    }
+
+    /// Hints that the next node or leaf will be read soon.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    pub(super) fn announce(&self, lanes: impl Lanes, tree: &BoxTree, visitor: &impl LeafVisitor) {
+        if self.candidates == 0 {
+            announce(lanes, tree, self.next, visitor);
+        }
+    }
+}
+
+#[inline(always)]
+#[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+fn announce(lanes: impl Lanes, tree: &BoxTree, child: Child, visitor: &impl LeafVisitor) {
+    match child.as_leaf() {
+        Some(leaf) => visitor.announce(lanes, leaf),
+        None => lanes.prefetch(&tree.nodes[child.0 as usize]),
+    }
+}
+
+/// Children still to be visited, with the distances at which the ray enters them.
+///
+/// The array is of fixed size, as nearly all searches need no more; the rest goes to the heap.
+pub(super) struct Stack {
+    fixed: [(f32, Child); Self::FIXED],
+    used: usize,
+    spilled: Vec<(f32, Child)>,
+}
+
+impl Stack {
+    const FIXED: usize = 48;
+
+    #[inline]
+    pub(super) fn new() -> Self {
+        Self {
+            fixed: [(0.0, Child(0)); Self::FIXED],
+            used: 0,
+            spilled: Vec::new(),
+        }
+    }
+
+    fn clear(&mut self) {
+        self.used = 0;
+        self.spilled.clear();
+    }
+
+    #[inline]
+    fn len(&self) -> usize {
+        self.used
+    }
+
+    /// Pushes a child whose distance does not matter.
+    #[inline]
+    pub(super) fn push(&mut self, child: Child) {
+        self.push_sorted(self.used, 0.0, child);
+    }
+
+    /// Pushes below those entries above `bottom` that are nearer.
+    #[inline]
+    fn push_sorted(&mut self, bottom: usize, entry: f32, child: Child) {
+        if self.used == Self::FIXED {
+            // The nearest-first order is a matter of speed only.
+            self.spilled.push((entry, child));
+            return;
+        }
+        let mut place = self.used;
+        while place > bottom && self.fixed[place - 1].0 < entry {
+            self.fixed[place] = self.fixed[place - 1];
+            place -= 1;
+        }
+        self.fixed[place] = (entry, child);
+        self.used += 1;
+    }
+
+    #[inline]
+    pub(super) fn pop(&mut self) -> Option<(f32, Child)> {
+        if self.used > 0 {
+            self.used -= 1;
+            Some(self.fixed[self.used])
+        } else {
+            self.spilled.pop()
+        }
+    }
+}
