@@ -16,7 +16,7 @@ use super::weights::Weights;
 use crate::film::{Accumulator, AccumulatorError};
 use crate::geometry::TraversalCounters;
 use crate::reference::Target;
-use crate::run::{Budget, Error, Estimate, Refusal};
+use crate::run::{Budget, Error, Estimate, Refusal, SOURCE_HASH};
 
 /// The first line of a shard file, version included.
 const MAGIC: &str = "nephroid shard 2";
@@ -38,7 +38,7 @@ struct Header {
 
 /// Everything that must be the same in all shards of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct RunIdentity {
+pub(super) struct RunIdentity {
     version: String,
     scene: String,
     sensor: String,
@@ -47,14 +47,28 @@ struct RunIdentity {
     layers: Vec<String>,
     replicates: u32,
     photons_each: u64,
+    /// The round, of a run that has several.
+    #[serde(default)]
+    round: u64,
+}
+
+/// A round of a run: all replicates, each with as many photons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// Its number, from 0.
+    pub number: u64,
+    /// Number of replicates.
+    pub replicates: u32,
+    /// Photons of each of them.
+    pub photons_each: u64,
 }
 
 /// One shard's sums.
 #[derive(Debug)]
 pub struct Part {
-    run: RunIdentity,
-    shard: Shard,
-    sums: RoundSums,
+    pub(super) run: RunIdentity,
+    pub(super) shard: Shard,
+    pub(super) sums: RoundSums,
 }
 
 /// Reason why shards cannot be read or merged.
@@ -89,8 +103,32 @@ pub enum ShardError {
     },
 }
 
+impl RunIdentity {
+    /// The round that it is of.
+    pub(super) fn round(&self) -> Round {
+        Round {
+            number: self.round,
+            replicates: self.replicates,
+            photons_each: self.photons_each,
+        }
+    }
+
+    /// A hash of it and of the program's source: parts of the same key have the same sums.
+    pub(super) fn key(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(SOURCE_HASH.as_bytes());
+        hasher.update(format!("{self:?}").as_bytes());
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
 impl Setup<'_> {
-    fn identity(&self, sensor: &str, replicates: u32, photons_each: u64) -> RunIdentity {
+    pub(super) fn identity(&self, sensor: &str, round: Round) -> RunIdentity {
+        let Round {
+            number,
+            replicates,
+            photons_each,
+        } = round;
         RunIdentity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: self.scene.content_hash().to_owned(),
@@ -105,6 +143,7 @@ impl Setup<'_> {
                 .collect(),
             replicates,
             photons_each,
+            round: number,
         }
     }
 
@@ -134,14 +173,36 @@ impl Setup<'_> {
     ) -> Result<Option<Part>, Error> {
         check_budget(budget)?;
         let photons = budget.work.unwrap_or(DEFAULT_PHOTONS);
-        let (replicates, each) = self.division(photons);
-        let mine = (0..replicates)
-            .filter(|replicate| shard.holds(*replicate))
-            .count();
-        self.expect(each * mine as u64);
-        let sums = self.round(0, each, replicates, shard, None)?;
-        Ok((sums.replicates() as usize == mine).then(|| Part {
-            run: self.identity(sensor, replicates, each),
+        let (replicates, photons_each) = self.division(photons);
+        let round = Round {
+            number: 0,
+            replicates,
+            photons_each,
+        };
+        self.run_part(sensor, round, shard)
+    }
+
+    /// Traces the shard's replicates of a round. `None` if it was stopped before its end.
+    ///
+    /// # Errors
+    ///
+    /// If contributions are not representable.
+    pub fn run_part(
+        &self,
+        sensor: &str,
+        round: Round,
+        shard: Shard,
+    ) -> Result<Option<Part>, Error> {
+        let Round {
+            number,
+            replicates,
+            photons_each,
+        } = round;
+        let mine = shard.replicates(replicates);
+        self.expect(photons_each.saturating_mul(mine.into()));
+        let sums = self.round(number, photons_each, replicates, shard, None)?;
+        Ok((sums.replicates() == mine).then(|| Part {
+            run: self.identity(sensor, round),
             shard,
             sums,
         }))
@@ -162,7 +223,14 @@ impl Setup<'_> {
         let mut rounds = self.rounds();
         let mut parts = parts.into_iter();
         if let Some(first) = parts.next() {
-            let here = self.identity(sensor, first.run.replicates, first.run.photons_each);
+            let number = 0;
+            let here = self.identity(
+                sensor,
+                Round {
+                    number,
+                    ..first.run.round()
+                },
+            );
             compare(&here, &first.run)?;
             let mut sums = first.sums;
             for part in parts {
@@ -197,7 +265,7 @@ pub fn check_budget(budget: &Budget) -> Result<(), Refusal> {
 }
 
 /// Names the field in which two runs differ.
-fn compare(left: &RunIdentity, right: &RunIdentity) -> Result<(), ShardError> {
+pub(super) fn compare(left: &RunIdentity, right: &RunIdentity) -> Result<(), ShardError> {
     let fields = [
         ("the version", &left.version, &right.version),
         ("the hash of the scene", &left.scene, &right.scene),
@@ -217,7 +285,7 @@ fn compare(left: &RunIdentity, right: &RunIdentity) -> Result<(), ShardError> {
         return Ok(());
     }
     Err(ShardError::OtherRun {
-        field: "the number of photons, replicates, texels or layers",
+        field: "the round, or the number of photons, replicates, texels or layers",
         left: format!("{left:?}"),
         right: format!("{right:?}"),
     })

@@ -1,0 +1,354 @@
+"""Runs and studies on many machines, by Dask: ``pip install "nephroid[dask]"``.
+
+>>> from dask.distributed import Client
+>>> import nephroid as ne, nephroid.dask
+>>> film = nephroid.dask.render(ne.load_file("scenes/glass-ball.xml"), error=0.01, client=Client("head:8786"))
+
+Dask sends tasks to workers, and sends them again if a worker is lost. This module cuts work into tasks, names them by a
+hash of their contents, and puts results together: to the bits of the same work in one piece.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+try:
+    import distributed
+    from distributed.core import Status
+    from distributed.diagnostics.plugin import WorkerPlugin
+except ImportError as missing:
+    raise ImportError('nephroid.dask needs dask.distributed: pip install "nephroid[dask]"') from missing
+
+from . import _nephroid
+from ._errors import Error, SettingError
+from ._nephroid import Film, Scene, StudyProgress
+from ._study import Report, _asked, _read
+from ._text import checked_scene, wish
+
+__all__ = ["Progress", "render", "validate"]
+
+#: Photons that a task is worth: some seconds, of which setting it up is a small part.
+_TASK_PHOTONS = 1 << 22
+
+#: Seconds between two calls of a callback.
+_PERIOD = 0.1
+
+#: What each worker has one of, so that it makes one task at a time, on all of its threads.
+_RESOURCE = "nephroid"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run or a study is. Work counts once its task is done."""
+
+    #: Work done, in ``unit``; what was kept from before is done.
+    done: int
+    #: What ``done`` is expected to come to; of a run to an error, by the end of its round.
+    expected: int
+    #: ``photons``, or ``runs`` of a study.
+    unit: str
+    #: The relative error of the rounds that are done; None while unknown.
+    relative_error: float | None
+    #: Seconds since its start.
+    seconds: float
+
+
+Callback = Callable[[Progress], object]
+
+
+class _Stopped(Exception):
+    """A task that nobody waits for any more."""
+
+
+class _OneAtATime(WorkerPlugin):  # type: ignore[misc]
+    """Gives each worker one of what a task takes, also those that come later."""
+
+    async def setup(self, worker: Any) -> None:
+        await worker.set_resources(**{_RESOURCE: 1})
+
+
+@dataclass(frozen=True)
+class _Task:
+    key: str
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    #: Larger ones begin first.
+    priority: int = 0
+
+
+def render(
+    scene: Scene,
+    sensor: str | None = None,
+    method: str | None = None,
+    error: float | str | None = None,
+    photons: int | None = None,
+    seed: int | None = None,
+    progress: Callback | None = None,
+    *,
+    client: Any = None,
+    folder: str | os.PathLike[str] | None = None,
+    tasks: int | None = None,
+    filter: str | None = None,
+    **settings: object,
+) -> Film | None:
+    """Fills a sensor by photons on the workers of a Dask cluster.
+
+    The film has the bits of :func:`nephroid.render` with ``method="photons"`` and the same settings, on any number of
+    workers. It ends at a relative ``error`` or after so many ``photons``; the first rounds of a run to an error are one
+    task each.
+
+    ``client`` is a ``distributed.Client``, by default the current one. Workers need nephroid, and no files: the scene's
+    come along. One task at a time uses all threads of a worker.
+
+    ``folder`` keeps the sums of each task, so that the same call goes on from there after whatever ended it. ``tasks``
+    is how many a round has at most, by default one for each 2**22 photons; there is one replicate to a task at least.
+
+    ``progress`` is called about every 100 ms; if it returns False, tasks are stopped and the result is None. Ctrl-C stops
+    them, too.
+
+    Raises what :func:`nephroid.render` raises, and ``distributed.KilledWorker`` if a task has lost several workers.
+    """
+    if tasks is not None and tasks < 1:
+        raise SettingError(f'tasks is "{tasks}"; allowed are whole numbers > 0')
+    given = {"error": error, "photons": photons, "seed": seed, **settings}
+    asked = wish(sensor, method, given, None, filter)
+    gathering = _nephroid.Gathering(checked_scene(scene), asked)
+    kept = None if folder is None else Path(folder)
+    if kept is not None:
+        kept.mkdir(parents=True, exist_ok=True)
+    start = time.monotonic()
+    done = 0
+    while not isinstance(found := gathering.next(), Film):
+        (number, replicates, each), key = found
+        count = min(replicates, tasks or max(1, replicates * each // _TASK_PHOTONS))
+        # Part i has every count-th replicate, from the i-th on.
+        work = {i: each * len(range(i, replicates + 1, count)) for i in range(1, count + 1)}
+        expected = done + replicates * each
+        names = {f"nephroid-part-{key[:32]}-{i}-of-{count}": i for i in work}
+
+        def tell() -> bool:
+            now = Progress(done, expected, "photons", gathering.relative_error, time.monotonic() - start)
+            return progress is None or progress(now) is not False
+
+        if kept is not None:
+            for name in list(names):
+                if _is_added(gathering, kept / f"{name}.shard"):
+                    done += work[names.pop(name)]
+        todo = [_Task(name, _part, (found[0], i, count, asked)) for name, i in names.items()]
+        with closing(_results(client, scene, todo, tell)) as results:
+            for task, part in results:
+                if task is None:
+                    return None
+                gathering.add(part)
+                done += work[names[task.key]]
+                if kept is not None:
+                    _write(kept / f"{task.key}.shard", part)
+        if not tell():
+            return None
+    return found
+
+
+def validate(
+    study: str | os.PathLike[str] | Scene | Mapping[str, object],
+    folder: str | os.PathLike[str] | None = None,
+    sensors: str | Sequence[str] | None = None,
+    candidates: Mapping[str, Any] | None = None,
+    max_error: Mapping[str, float | str] | None = None,
+    margin: float | None = None,
+    repeats: int | None = None,
+    progress: Callback | None = None,
+    *,
+    client: Any = None,
+    **params: object,
+) -> Report | None:
+    """Makes the runs of a study on the workers of a Dask cluster, and its report here.
+
+    It does what :func:`nephroid.validate` does, with the same figures. Each run is a task; a truth and the attributions
+    that need its film are one, and begin first. Films go into ``folder`` as they come, and are not made again. Workers need
+    nephroid, and no files. Seconds of runs on several machines have no order; counters do.
+
+    ``client`` and ``progress`` are as in :func:`render`. A study with a ``time`` is refused.
+    """
+    start = time.monotonic()
+    with _asked(study, folder, sensors, candidates, max_error, margin, repeats, None, None, params) as asked:
+        subject, place, given = asked
+        text = given["study"]
+        if not isinstance(subject, Scene) and os.fspath(subject).endswith(".toml"):
+            text = Path(subject).read_text(encoding="utf-8")
+        poses = _nephroid.units(subject, os.fspath(place), given)
+        expected = sum(len(units) for *_, units in poses)
+        done = sum(is_kept for *_, units in poses for *_, is_kept in units)
+
+        def tell(_: StudyProgress | None = None) -> bool:
+            now = Progress(done, expected, "runs", None, time.monotonic() - start)
+            return progress is None or progress(now) is not False
+
+        for _, runs, scene, units in poses:
+            todo = [
+                # The last runs of a sweep take longest.
+                _Task(f"nephroid-run-{key[:32]}", _unit, (key, {**given, "study": text}), number + len(units) * is_truth)
+                for number, (key, _, is_truth, is_kept) in enumerate(units)
+                if not is_kept
+            ]
+            with closing(_results(client, scene, todo, tell)) as results:
+                for task, files in results:
+                    if task is None:
+                        return None
+                    # The file that stands for a whole run is written last.
+                    for name in sorted(files, key=lambda name: (name.endswith(".json"), not name.endswith(".time.json"))):
+                        _write(Path(runs, name), files[name])
+                    done += 1
+        found = _nephroid.validate(subject, os.fspath(place), given, tell)
+    return None if found is None else _read(place, found)
+
+
+def _results(
+    client: Any, scene: Scene, tasks: Sequence[_Task], tell: Callable[[], bool]
+) -> Iterator[tuple[_Task, Any] | tuple[None, None]]:
+    """Results of tasks as they come; none if ``tell`` says no. Tasks that are left are stopped at its end, whatever
+    ends it."""
+    if not tasks:
+        return
+    client = _checked(client)
+    packed = scene._packed()
+    source = _nephroid.source_hash
+    told: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    key = f"nephroid-scene-{scene.content_hash[:32]}-{source[:8]}"
+    loaded = client.submit(_load, source, scene.content_hash, packed, key=key)
+    futures: dict[str, Any] = {}
+    waiting = {task.key: task for task in tasks}
+    try:
+        for task in tasks:
+            futures[task.key] = client.submit(
+                task.function,
+                source,
+                loaded,
+                *task.arguments,
+                key=task.key,
+                priority=task.priority,
+                resources={_RESOURCE: 1},
+            )
+            futures[task.key].add_done_callback(lambda future: told.put(future.key))
+        while waiting:
+            if not tell():
+                yield None, None
+                return
+            try:
+                name = told.get(timeout=_PERIOD)
+            except queue.Empty:
+                continue
+            # If its worker is lost by now, it is made again meanwhile.
+            result = futures.pop(name).result()
+            yield waiting.pop(name), result
+    finally:
+        if futures:
+            client.cancel([*futures.values(), loaded], force=True)
+        # A traceback may keep this frame; with these gone the same keys can be asked for again.
+        futures.clear()
+        del loaded
+
+
+def _checked(client: Any) -> Any:
+    """A client whose workers make one task at a time."""
+    if client is None:
+        try:
+            client = distributed.default_client()
+        except ValueError:
+            raise SettingError("there is no Dask cluster: give client=distributed.Client(...)") from None
+    if not isinstance(client, distributed.Client) or client.asynchronous:
+        raise TypeError(f"client is a {type(client).__name__}; a distributed.Client that is not asynchronous is needed")
+    client.register_plugin(_OneAtATime(), name="nephroid")
+    return client
+
+
+def _is_added(gathering: _nephroid.Gathering, path: Path) -> bool:
+    """Adds a part that is kept. One that is missing or damaged is made again."""
+    try:
+        gathering.add(path.read_bytes())
+    except (Error, FileNotFoundError):
+        return False
+    return True
+
+
+def _write(path: Path, contents: bytes) -> None:
+    """Writes a file whole or not at all."""
+    file = tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}", suffix=".partial", delete=False)
+    try:
+        with file:
+            file.write(contents)
+        os.chmod(file.name, 0o666 & ~_umask())
+        os.replace(file.name, path)
+    except BaseException:
+        os.unlink(file.name)
+        raise
+
+
+def _umask() -> int:
+    mask = os.umask(0o22)
+    os.umask(mask)
+    return mask
+
+
+# Below is what workers do.
+
+
+def _check(source: str) -> None:
+    """Refuses to work for another nephroid: its numbers may differ in their last bits."""
+    if source != _nephroid.source_hash:
+        name = distributed.get_worker().address
+        raise Error(
+            f"worker {name} has nephroid {_nephroid.__version__} of source {_nephroid.source_hash[:8]}, and the client one of "
+            f"source {source[:8]}: install the same wheel everywhere, for one kind of processor"
+        )
+
+
+def _load(source: str, content_hash: str, packed: tuple[Any, ...]) -> Scene:
+    _check(source)
+    scene = _nephroid.load(*packed)
+    if scene.content_hash != content_hash:
+        raise Error(f"the files of {scene.path} have changed since the scene was read: read it again")
+    return scene
+
+
+def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) -> Any:
+    """Does a task on all threads of the worker until it has a result, which is neither None nor False, or nobody waits
+    for it any more."""
+    worker = distributed.get_worker()
+    key = worker.get_current_task()
+
+    def goes_on(_: object = None) -> bool:
+        task = worker.state.tasks.get(key)
+        is_closing = worker.status in (Status.closing, Status.closed, Status.failed)
+        return task is not None and task.state != "cancelled" and not is_closing
+
+    while True:
+        result = function({**given, "threads": worker.state.nthreads}, goes_on)
+        if result is not None and result is not False:
+            return result
+        # It may have been stopped and asked for again.
+        if not goes_on():
+            raise _Stopped(key)
+
+
+def _part(source: str, scene: Scene, number: tuple[int, int, int], index: int, count: int, asked: Any) -> bytes:
+    """The sums of a part of a round."""
+    _check(source)
+    part: bytes = _work(lambda given, told: _nephroid.part(scene, number, index, count, given, told), asked)
+    return part
+
+
+def _unit(source: str, scene: Scene, key: str, asked: Any) -> dict[str, bytes]:
+    """The files of a run of a study, or of a truth and what needs its film."""
+    _check(source)
+    local = distributed.get_worker().local_directory
+    with tempfile.TemporaryDirectory(prefix="nephroid-", dir=local) as folder:
+        _work(lambda given, told: _nephroid.unit(scene, key, folder, given, told), asked)
+        return {path.name: path.read_bytes() for path in Path(folder, "runs").iterdir()}
