@@ -14,7 +14,7 @@ import os
 import queue
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,8 +24,8 @@ try:
     import distributed
     from distributed.core import Status
     from distributed.diagnostics.plugin import WorkerPlugin
-except ImportError as missing:
-    raise ImportError('nephroid.dask needs dask.distributed: pip install "nephroid[dask]"') from missing
+except ImportError as _missing:
+    raise ImportError('nephroid.dask needs dask.distributed: pip install "nephroid[dask]"') from _missing
 
 from . import _nephroid
 from ._errors import Error, SettingError
@@ -65,10 +65,10 @@ Callback = Callable[[Progress], object]
 
 
 class _Stopped(Exception):
-    """A task that nobody waits for any more."""
+    """The callback wants no more."""
 
 
-class _OneAtATime(WorkerPlugin):  # type: ignore[misc]
+class _OneAtATime(WorkerPlugin):
     """Gives each worker one of what a task takes, also those that come later."""
 
     async def setup(self, worker: Any) -> None:
@@ -125,7 +125,12 @@ def render(
     if kept is not None:
         kept.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
-    done = 0
+    done = expected = 0
+
+    def tell() -> bool:
+        now = Progress(done, expected, "photons", gathering.relative_error, time.monotonic() - start)
+        return progress is None or progress(now) is not False
+
     while not isinstance(found := gathering.next(), Film):
         (number, replicates, each), key = found
         count = min(replicates, tasks or max(1, replicates * each // _TASK_PHOTONS))
@@ -133,26 +138,21 @@ def render(
         work = {i: each * len(range(i, replicates + 1, count)) for i in range(1, count + 1)}
         expected = done + replicates * each
         names = {f"nephroid-part-{key[:32]}-{i}-of-{count}": i for i in work}
-
-        def tell() -> bool:
-            now = Progress(done, expected, "photons", gathering.relative_error, time.monotonic() - start)
-            return progress is None or progress(now) is not False
-
         if kept is not None:
             for name in list(names):
                 if _is_added(gathering, kept / f"{name}.shard"):
                     done += work[names.pop(name)]
         todo = [_Task(name, _part, (found[0], i, count, asked)) for name, i in names.items()]
-        with closing(_results(client, scene, todo, tell)) as results:
-            for task, part in results:
-                if task is None:
-                    return None
-                gathering.add(part)
-                done += work[names[task.key]]
-                if kept is not None:
-                    _write(kept / f"{task.key}.shard", part)
-        if not tell():
+        try:
+            with closing(_results(client, scene, todo, tell)) as results:
+                for task, part in results:
+                    gathering.add(part)
+                    done += work[names[task.key]]
+                    if kept is not None:
+                        _write(kept / f"{task.key}.shard", part)
+        except _Stopped:
             return None
+    tell()
     return found
 
 
@@ -198,23 +198,21 @@ def validate(
                 for number, (key, _, is_truth, is_kept) in enumerate(units)
                 if not is_kept
             ]
-            with closing(_results(client, scene, todo, tell)) as results:
-                for task, files in results:
-                    if task is None:
-                        return None
-                    # The file that stands for a whole run is written last.
-                    for name in sorted(files, key=lambda name: (name.endswith(".json"), not name.endswith(".time.json"))):
-                        _write(Path(runs, name), files[name])
-                    done += 1
+            try:
+                with closing(_results(client, scene, todo, tell)) as results:
+                    for _, files in results:
+                        _keep(Path(runs), files)
+                        done += 1
+            except _Stopped:
+                return None
         found = _nephroid.validate(subject, os.fspath(place), given, tell)
     return None if found is None else _read(place, found)
 
 
 def _results(
     client: Any, scene: Scene, tasks: Sequence[_Task], tell: Callable[[], bool]
-) -> Iterator[tuple[_Task, Any] | tuple[None, None]]:
-    """Results of tasks as they come; none if ``tell`` says no. Tasks that are left are stopped at its end, whatever
-    ends it."""
+) -> Generator[tuple[_Task, Any], None, None]:
+    """Results of tasks as they come. Those that are left at its end are stopped, whatever ends it."""
     if not tasks:
         return
     client = _checked(client)
@@ -239,8 +237,7 @@ def _results(
             futures[task.key].add_done_callback(lambda future: told.put(future.key))
         while waiting:
             if not tell():
-                yield None, None
-                return
+                raise _Stopped
             try:
                 name = told.get(timeout=_PERIOD)
             except queue.Empty:
@@ -249,8 +246,8 @@ def _results(
             result = futures.pop(name).result()
             yield waiting.pop(name), result
     finally:
-        if futures:
-            client.cancel([*futures.values(), loaded], force=True)
+        if futures and client.status == "running":
+            client.cancel(list(futures.values()))
         # A traceback may keep this frame; with these gone the same keys can be asked for again.
         futures.clear()
         del loaded
@@ -259,14 +256,21 @@ def _results(
 def _checked(client: Any) -> Any:
     """A client whose workers make one task at a time."""
     if client is None:
+        current: Callable[[], Any] = distributed.Client.current
         try:
-            client = distributed.default_client()
+            client = current()
         except ValueError:
             raise SettingError("there is no Dask cluster: give client=distributed.Client(...)") from None
     if not isinstance(client, distributed.Client) or client.asynchronous:
         raise TypeError(f"client is a {type(client).__name__}; a distributed.Client that is not asynchronous is needed")
     client.register_plugin(_OneAtATime(), name="nephroid")
     return client
+
+
+def _keep(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Writes the files of a run; the one that stands for all of them last."""
+    for name in sorted(files, key=lambda name: (name.endswith(".json"), not name.endswith(".time.json"))):
+        _write(folder / name, files[name])
 
 
 def _is_added(gathering: _nephroid.Gathering, path: Path) -> bool:
@@ -280,21 +284,12 @@ def _is_added(gathering: _nephroid.Gathering, path: Path) -> bool:
 
 def _write(path: Path, contents: bytes) -> None:
     """Writes a file whole or not at all."""
-    file = tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}", suffix=".partial", delete=False)
+    partial = path.with_name(f".{path.name}-{os.getpid()}.partial")
     try:
-        with file:
-            file.write(contents)
-        os.chmod(file.name, 0o666 & ~_umask())
-        os.replace(file.name, path)
-    except BaseException:
-        os.unlink(file.name)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0o22)
-    os.umask(mask)
-    return mask
+        partial.write_bytes(contents)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 # Below is what workers do.
@@ -319,8 +314,8 @@ def _load(source: str, content_hash: str, packed: tuple[Any, ...]) -> Scene:
 
 
 def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) -> Any:
-    """Does a task on all threads of the worker until it has a result, which is neither None nor False, or nobody waits
-    for it any more."""
+    """Does a task on all threads of the worker until it has a result, which is neither None nor False. It ends without
+    one if nobody waits for it any more; or if the worker closes: then another takes it."""
     worker = distributed.get_worker()
     key = worker.get_current_task()
 
@@ -335,7 +330,7 @@ def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) 
             return result
         # It may have been stopped and asked for again.
         if not goes_on():
-            raise _Stopped(key)
+            raise distributed.Reschedule
 
 
 def _part(source: str, scene: Scene, number: tuple[int, int, int], index: int, count: int, asked: Any) -> bytes:

@@ -1,0 +1,300 @@
+"""Runs and studies on workers of Dask: real processes on this machine."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import nephroid as ne
+from conftest import SCENES
+
+distributed = pytest.importorskip("distributed", reason='no distributed: pip install "nephroid[dask]"')
+
+import nephroid.dask  # noqa: E402
+
+GLASS = SCENES / "glass-ball.xml"
+#: More photons than any test waits for.
+ENDLESS = 1 << 36
+
+
+@pytest.fixture(scope="module")
+def client():
+    """Two workers, each a process with one thread."""
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
+@pytest.fixture
+def interruptible():
+    """Python's own handler: a shell may have started this process with the signal ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def assert_same(a, b):
+    """Films are the same to the last bit."""
+    assert a is not None and a.layers == b.layers and a.complete == b.complete
+    for name in a.layers:
+        for part in ("value", "lo", "hi", "stderr"):
+            one, other = getattr(a[name], part), getattr(b[name], part)
+            assert (one is None) == (other is None), (name, part)
+            assert one is None or one.tobytes() == other.tobytes(), (name, part)
+    assert (a.ledger, a.report, a.relative_error) == (b.ledger, b.report, b.relative_error)
+    assert a.warnings == b.warnings
+
+
+def _is_working(dask_worker):
+    """True if a task of nephroid has a thread of its own, whatever Dask thinks of it."""
+    names = pathlib.Path("/proc/self/task").glob("*/comm")
+    return any(name.read_text().strip() == "nephroid" for name in names)
+
+
+def wait_for(condition, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings"),
+    [
+        ("glass-ball.xml", {"photons": 300_001, "seed": 7, "tasks": 5}),
+        # Many rounds, the later ones in several tasks.
+        ("glass-ball.xml", {"error": 0.02, "tasks": 3}),
+        ("cornell-glass.xml", {"error": 0.1, "replicates": 5, "tasks": 2}),
+        # Light that is never found ends without an error.
+        ("prism.xml", {"error": "20%", "photons": 1 << 19, "max_depth": 1}),
+        ("prism.xml", {"photons": 1 << 17, "tasks": 64}),
+    ],
+)
+def test_films_have_the_bits_of_a_run_in_one_piece(client, scene, settings):
+    scene = ne.load_file(SCENES / scene, size=32)
+    whole = {key: value for key, value in settings.items() if key != "tasks"}
+    assert_same(ne.dask.render(scene, client=client, **settings), ne.render(scene, method="photons", **whole))
+
+
+def test_scenes_come_with_their_files(client, tmp_path, monkeypatch):
+    for name in ("water.xml", "water.ply"):
+        shutil.copy(SCENES / name, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    # Workers have another working folder.
+    scene = ne.load_file("water.xml", size=16)
+    film = ne.dask.render(scene, photons=4096, client=client)
+    assert_same(film, ne.render(scene, method="photons", photons=4096))
+    with open("water.xml", "a") as file:
+        file.write("<!-- another scene -->")
+    with pytest.raises(ne.Error, match="have changed since"):
+        ne.dask.render(scene, photons=2048, client=client)
+
+
+def test_a_killed_worker_loses_nothing(client):
+    scene = ne.load_file(GLASS, size=32)
+    settings = {"photons": 1 << 23, "seed": 1}
+    killed = []
+
+    def progress(now):
+        # In mid-task: both workers have more to do, and one task is done.
+        if not killed and now.done > 0:
+            pids = client.run(os.getpid)
+            busy = [one for one, tasks in client.processing().items() if tasks]
+            if busy:
+                killed.append(pids[busy[0]])
+                assert client.run(_is_working, workers=[busy[0]])[busy[0]]
+                os.kill(killed[0], signal.SIGKILL)
+
+    film = ne.dask.render(scene, client=client, tasks=8, progress=progress, **settings)
+    assert killed and not pathlib.Path(f"/proc/{killed[0]}").exists()
+    assert_same(film, ne.render(scene, method="photons", **settings))
+
+
+def test_a_run_goes_on_from_what_a_folder_keeps(client, tmp_path):
+    scene = ne.load_file(GLASS, size=32)
+    settings = {"error": 0.02, "tasks": 4, "folder": tmp_path, "client": client}
+    heard = []
+
+    def stop(now):
+        heard.append(now.done)
+        return len(set(heard)) < 6
+
+    assert ne.dask.render(scene, progress=stop, **settings) is None
+    kept = sorted(tmp_path.iterdir())
+    assert len(kept) >= 5
+    kept[0].write_bytes(kept[0].read_bytes()[:-1])
+    before = {path: path.stat().st_mtime_ns for path in kept}
+    seen = []
+    film = ne.dask.render(scene, progress=lambda now: seen.append(now), **settings)
+    assert_same(film, ne.render(scene, method="photons", error=0.02))
+    # Only the damaged one was made again.
+    assert [path for path in kept if path.stat().st_mtime_ns != before[path]] == kept[:1]
+    assert seen[0].done > 0 and seen[-1].done == seen[-1].expected
+    assert [now.done for now in seen] == sorted(now.done for now in seen)
+    assert seen[-1].unit == "photons" and 0 < seen[-1].relative_error <= 0.02
+    # Another run takes none of them.
+    other = ne.dask.render(scene, seed=1, **settings)
+    assert_same(other, ne.render(scene, method="photons", error=0.02, seed=1))
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("way", ["ctrl-c", "callback", "exception"])
+def test_whoever_stops_a_run_stops_its_tasks(client, way):
+    scene = ne.load_file(GLASS, size=16)
+
+    class Mine(Exception):
+        pass
+
+    begun = []
+
+    def progress(_):
+        if not begun and all(client.run(_is_working).values()):
+            begun.append(True)
+            if way == "exception":
+                raise Mine
+            if way == "ctrl-c":
+                threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+        return not (begun and way == "callback")
+
+    run = {"photons": ENDLESS, "client": client, "progress": progress}
+    if way == "callback":
+        assert ne.dask.render(scene, **run) is None
+    else:
+        with pytest.raises(KeyboardInterrupt if way == "ctrl-c" else Mine) as caught:
+            ne.dask.render(scene, **run)
+    wait_for(lambda: not any(client.run(_is_working).values()), 3.0)
+    # The same tasks can be asked for again, though their traceback is still there.
+    begun.clear()
+    way = "callback"
+    assert ne.dask.render(scene, **run) is None
+    wait_for(lambda: not any(client.run(_is_working).values()), 3.0)
+
+
+def test_a_client_that_dies_leaves_no_task_behind(client):
+    code = (
+        "import sys, distributed, nephroid as ne, nephroid.dask\n"
+        f"scene = ne.load_file({str(GLASS)!r}, size=16)\n"
+        "with distributed.Client(sys.argv[1]) as client:\n"
+        f"    ne.dask.render(scene, photons={ENDLESS}, seed=3, client=client)\n"
+    )
+    other = subprocess.Popen([sys.executable, "-c", code, client.scheduler.address])
+    try:
+        wait_for(lambda: all(client.run(_is_working).values()))
+    finally:
+        other.kill()
+        other.wait()
+    wait_for(lambda: not any(client.run(_is_working).values()), 10.0)
+
+
+def test_a_task_has_all_threads_of_a_worker_to_itself():
+    scene = ne.load_file(GLASS, size=16)
+    seen = []
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=3, dashboard_address=":0") as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        # A worker that comes later has as much room.
+        cluster.scale(2)
+        client.wait_for_workers(2)
+
+        def progress(_):
+            now = client.run(lambda dask_worker: (len(dask_worker.state.executing), _threads()))
+            seen.extend(now.values())
+            return len([one for one in seen if one[0]]) < 4
+
+        assert ne.dask.render(scene, photons=ENDLESS, client=client, progress=progress) is None
+        assert {tasks for tasks, _ in seen} <= {0, 1}
+        # One that waits, and three that work.
+        assert max(threads for _, threads in seen) == 4
+
+
+def _threads():
+    names = pathlib.Path("/proc/self/task").glob("*/comm")
+    return sum(name.read_text().strip() == "nephroid" for name in names)
+
+
+def test_errors_are_typed(client, monkeypatch):
+    scene = ne.load_file(GLASS, size=16)
+    with pytest.raises(ne.LoadError) as caught:
+        client.submit(ne.load_string, "<scene version='3.0.0'>\n <shape type='sphare'/></scene>").result()
+    assert (caught.value.line, caught.value.file) == (2, "<string>") and "sphere" in str(caught.value)
+    with pytest.raises(ne.RefusedError, match="in one piece"):
+        ne.dask.render(scene, method="beams", client=client)
+    with pytest.raises(ne.RefusedError, match="not time"):
+        ne.dask.render(scene, time=1, client=client)
+    with pytest.raises(ne.SettingError, match="photons"):
+        ne.dask.render(scene, photonz=1, client=client)
+    with pytest.raises(ne.SettingError, match="whole numbers > 0"):
+        ne.dask.render(scene, tasks=0, client=client)
+    with pytest.raises(TypeError, match="distributed.Client"):
+        ne.dask.render(scene, photons=64, client="tcp://head:8786")
+    monkeypatch.setattr(ne._nephroid, "source_hash", "0" * 64)
+    with pytest.raises(ne.Error, match="install the same wheel everywhere"):
+        ne.dask.render(scene, photons=64, client=client)
+
+
+STUDY = {
+    "truth": {"method": "beams", "error": "3%"},
+    "method": [
+        {"method": "photons", "photons": [1024, 4096, 16384]},
+        {"method": "caustic-map", "photons": 64, "map": 64},
+    ],
+}
+
+
+def test_a_study_has_the_report_of_a_study_in_one_piece(client, tmp_path):
+    scene = ne.load_file(GLASS, size=16)
+    mine = ne.render(scene, photons=512).value
+    study = {"scene": scene, **STUDY}
+    asked = {"candidates": {"mine": mine}, "max_error": {"mine": 0.9}}
+    whole = ne.validate(study, tmp_path / "whole", **asked)
+    seen = []
+    stopped = ne.dask.validate(study, tmp_path / "parts", client=client, progress=lambda now: now.done < 2, **asked)
+    assert stopped is None
+    parts = ne.dask.validate(study, tmp_path / "parts", client=client, progress=seen.append, **asked)
+    assert (tmp_path / "parts/report.json").read_bytes() == (tmp_path / "whole/report.json").read_bytes()
+    assert parts.report["sensors"][0]["stages"] and len(parts.rows) == len(whole.rows) == 5
+    assert seen[0].done >= 2 and seen[-1].done == seen[-1].expected == 5 and seen[-1].unit == "runs"
+    # All is there: no worker is asked.
+    made = {path.name for path in (tmp_path / "parts/runs").iterdir()}
+    assert made == {path.name for path in (tmp_path / "whole/runs").iterdir()}
+    again = ne.dask.validate(study, tmp_path / "parts", client="nobody", **asked)
+    assert again.report == whole.report
+
+
+def test_a_study_of_a_file_with_poses(client, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(GLASS, tmp_path)
+    (tmp_path / "s.toml").write_text(
+        'scene = "glass-ball.xml"\nposes = [{ size = [8, 12] }]\n[truth]\nmethod = "beams"\nerror = "5%"\n'
+        '[[method]]\nmethod = "photons"\nphotons = 1024\n'
+    )
+    ne.validate("s.toml", "whole")
+    parts = ne.dask.validate("s.toml", "parts", client=client)
+    assert (tmp_path / "parts/poses.json").read_bytes() == (tmp_path / "whole/poses.json").read_bytes()
+    assert len(parts.poses) == 2 and len(parts.rows) == 2
+    with pytest.raises(ne.SettingError, match="one machine"):
+        ne.dask.validate({"scene": GLASS, "time": "1m"}, "timed", client=client)
+    with pytest.raises(ne.LoadError, match="s.toml"):
+        (tmp_path / "s.toml").write_text("scene = 1 2")
+        ne.dask.validate("s.toml", "parts", client=client)
+
+
+def test_nephroid_alone_does_not_import_dask():
+    code = "import sys, nephroid; print({'dask', 'distributed'} & {name.split('.')[0] for name in sys.modules})"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert said.stdout.strip() == "set()"
+    code = "import sys; sys.modules['distributed'] = None; import nephroid.dask"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert said.returncode == 1 and 'pip install "nephroid[dask]"' in said.stderr, said.stderr
