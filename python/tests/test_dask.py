@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -15,7 +16,7 @@ import numpy as np
 import pytest
 
 import nephroid as ne
-from conftest import SCENES
+from conftest import ROOT, SCENES
 
 distributed = pytest.importorskip("distributed", reason='no distributed: pip install "nephroid[dask]"')
 
@@ -289,6 +290,17 @@ def test_a_study_of_a_file_with_poses(client, tmp_path, monkeypatch):
     with pytest.raises(ne.LoadError, match="s.toml"):
         (tmp_path / "s.toml").write_text("scene = 1 2")
         ne.dask.validate("s.toml", "parts", client=client)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_the_examples_of_the_page(tmp_path, number):
+    """As a reader would run them; the third is of Slurm, which tests/slurm/run tries."""
+    block = re.findall(r"```python\n(.*?)```", (ROOT / "docs/clusters.md").read_text(), re.S)[number]
+    (tmp_path / "example.py").write_text(block)
+    (tmp_path / "scenes").symlink_to(SCENES)
+    done = subprocess.run([sys.executable, "example.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / ("out/ball.exr", "out/ball.report/index.html")[number]).exists()
 
 
 def test_nephroid_alone_does_not_import_dask():

@@ -6,8 +6,9 @@ use std::process::Command;
 use nephroid::internals::film::{Image, exr};
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::photons::gather::{Gathered, Next};
 use nephroid::internals::reference::photons::run::Setup;
-use nephroid::internals::reference::photons::shard::Part;
+use nephroid::internals::reference::photons::shard::{Part, Round};
 use nephroid::internals::reference::photons::{PhotonSettings, Shard, run};
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::Estimate;
@@ -178,6 +179,119 @@ fn shards_of_different_runs_do_not_merge() {
         let error = setup.merge(&sensor.id, parts).unwrap_err().to_string();
         assert!(error.contains(reason), "{error}");
     }
+}
+
+/// The estimate of a run whose rounds are traced in parts, the last part first; and the rounds that it had.
+fn gathered(setup: &Setup, sensor: &str, budget: &Budget, count: u32) -> (Estimate, Vec<Round>) {
+    let mut gathered = Gathered::default();
+    let (mut rounds, mut keys) = (Vec::new(), Vec::new());
+    loop {
+        match setup.next(sensor, budget, &gathered).unwrap() {
+            Next::Done(estimate) => return (*estimate, rounds),
+            Next::Round(round, key) => {
+                assert!(!keys.contains(&key), "{key}");
+                for index in (0..count).rev() {
+                    let part = setup.run_part(sensor, round, Shard { index, count });
+                    let mut bytes = Vec::new();
+                    part.unwrap().unwrap().write_to(&mut bytes).unwrap();
+                    gathered.add(Part::read_from(&bytes[..]).unwrap()).unwrap();
+                }
+                rounds.push(round);
+                keys.push(key);
+            }
+        }
+    }
+}
+
+#[test]
+fn rounds_in_parts_have_the_bits_of_the_whole_run() {
+    for (name, budget, expected) in [
+        ("glass-ball.xml", Budget::error(0.02), 2..8),
+        ("cornell-glass.xml", Budget::error(0.05), 2..8),
+        ("glass-ball.xml", photons(20_000), 1..2),
+        // The error is reached by neither of its rounds, the second of which is cut short.
+        (
+            "glass-ball.xml",
+            Budget {
+                relative_error: Some(1e-6),
+                ..photons(5 * (4096 + 5000))
+            },
+            2..3,
+        ),
+    ] {
+        let scene = load(name);
+        let sensor = &meter(&scene).id;
+        let progress = Progress::default();
+        let settings = settings(StreamKind::Sobol);
+        let setup = Setup::new(&scene, meter(&scene), settings, &progress).unwrap();
+        let whole = setup.run(&budget).unwrap();
+        for count in [1, 3, 40] {
+            let (parts, rounds) = gathered(&setup, sensor, &budget, count);
+            assert!(bits(&whole) == bits(&parts), "{name} in {count} parts");
+            assert_eq!(whole.incomplete, parts.incomplete);
+            assert!(expected.contains(&rounds.len()), "{name}: {rounds:?}");
+        }
+    }
+}
+
+#[test]
+fn parts_that_are_doubled_missing_or_of_another_run_are_not_gathered() {
+    let scene = load("glass-ball.xml");
+    let sensor = &meter(&scene).id;
+    let progress = Progress::default();
+    let of_seed = |seed: u64| {
+        let settings = PhotonSettings {
+            seed,
+            ..settings(StreamKind::Sobol)
+        };
+        Setup::new(&scene, meter(&scene), settings, &progress).unwrap()
+    };
+    let (setup, other) = (of_seed(11), of_seed(12));
+    let budget = photons(1_000);
+    let empty = Gathered::default();
+    let of_round = |setup: &Setup, budget: &Budget| match setup.next(sensor, budget, &empty) {
+        Ok(Next::Round(round, key)) => (round, key),
+        other => panic!("{other:?}"),
+    };
+    let (round, key) = of_round(&setup, &budget);
+    assert_ne!(key, of_round(&other, &budget).1);
+    assert_ne!(key, of_round(&setup, &photons(2_000)).1);
+    let part = |setup: &Setup, round, index, count| {
+        let shard = Shard { index, count };
+        setup.run_part(sensor, round, shard).unwrap().unwrap()
+    };
+    let mut gathered = Gathered::default();
+    gathered.add(part(&setup, round, 1, 2)).unwrap();
+    let missing = setup.next(sensor, &budget, &gathered).unwrap_err();
+    assert!(missing.to_string().contains("given were [2]"), "{missing}");
+    let longer = Round {
+        photons_each: 2 * round.photons_each,
+        ..round
+    };
+    for (wrong, reason) in [
+        (part(&setup, round, 1, 2), "needs each of them once"),
+        (part(&setup, round, 0, 3), "the number of shards"),
+        (part(&other, round, 0, 2), "the list of settings"),
+        (part(&setup, longer, 0, 2), "the number of photons"),
+    ] {
+        let error = gathered.add(wrong).unwrap_err().to_string();
+        assert!(error.contains(reason), "{error}");
+    }
+    // What was refused is not in it.
+    gathered.add(part(&setup, round, 0, 2)).unwrap();
+    let Ok(Next::Done(estimate)) = setup.next(sensor, &budget, &gathered) else {
+        panic!("not done");
+    };
+    assert!(bits(&estimate) == bits(&setup.run(&budget).unwrap()));
+    // Of a run that means another round the rest is refused, too.
+    let error = setup.next(sensor, &photons(2_000), &gathered).unwrap_err();
+    assert!(error.to_string().contains("photons"), "{error}");
+    let timed = Budget {
+        time: Some(std::time::Duration::from_secs(1)),
+        ..budget
+    };
+    let error = setup.next(sensor, &timed, &empty).unwrap_err();
+    assert!(error.to_string().contains("not time"), "{error}");
 }
 
 #[test]
