@@ -245,15 +245,17 @@ fn study_file(
 /// A unit of a study as Python knows it: key, name, whether it is a truth, and whether it is kept.
 type UnitRow = (String, String, bool, bool);
 
-/// The studies of a study's poses, or the study itself: each with the number of its pose, the folder of its films, its
-/// scene, and its units.
+/// A study without poses, or one of a pose: the pose's number, the folder of films, the scene, and the units.
+type PoseRow = (Option<usize>, PathBuf, Py<Scene>, Vec<UnitRow>);
+
+/// The studies of a study's poses, or the study itself.
 #[pyfunction]
 pub fn units(
     py: Python<'_>,
     subject: Subject<'_>,
     folder: PathBuf,
     wish: StudyWish,
-) -> PyResult<Vec<(Option<usize>, PathBuf, Py<Scene>, Vec<UnitRow>)>> {
+) -> PyResult<Vec<PoseRow>> {
     let mut wishes = wish.wishes(py)?;
     let (read, path) = match subject {
         Subject::Scene(scene) => {
