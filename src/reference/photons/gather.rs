@@ -1,7 +1,7 @@
 //! The parts of a run, put together as they come, in any order.
 //!
-//! A run to an error has rounds. Which round it needs next is known once those before are whole: the run's own
-//! schedule is followed again each time, with rounds that are there instead of traced.
+//! A run to an error has rounds. Which round it needs next is known once those before are whole: the run's
+//! own schedule is followed again each time, with rounds that are there instead of traced.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;

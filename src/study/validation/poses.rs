@@ -38,7 +38,8 @@ pub fn pose_folder(number: usize) -> String {
     format!("pose-{number:03}")
 }
 
-/// The studies of a study's poses, with their numbers from 1 and their folders; the study itself if it has none.
+/// The studies of a study's poses, with their numbers from 1 and their folders; the study itself if it has
+/// none.
 ///
 /// # Errors
 ///
