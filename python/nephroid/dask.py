@@ -78,7 +78,9 @@ class _OneAtATime(WorkerPlugin):
 @dataclass(frozen=True)
 class _Task:
     key: str
+    #: What is called with a scene and further arguments.
     function: Callable[..., Any]
+    scene: Scene
     arguments: tuple[Any, ...]
     #: Larger ones begin first.
     priority: int = 0
@@ -142,9 +144,9 @@ def render(
             for name in list(names):
                 if _is_added(gathering, kept / f"{name}.shard"):
                     done += work[names.pop(name)]
-        todo = [_Task(name, _part, (found[0], i, count, asked)) for name, i in names.items()]
+        todo = [_Task(name, _part, scene, (found[0], i, count, asked)) for name, i in names.items()]
         try:
-            with closing(_results(client, scene, todo, tell)) as results:
+            with closing(_results(client, todo, tell)) as results:
                 for task, part in results:
                     gathering.add(part)
                     done += work[names[task.key]]
@@ -191,44 +193,48 @@ def validate(
             now = Progress(done, expected, "runs", None, time.monotonic() - start)
             return progress is None or progress(now) is not False
 
+        todo, folders = [], {}
         for _, runs, scene, units in poses:
-            todo = [
-                # The last runs of a sweep take longest.
-                _Task(f"nephroid-run-{key[:32]}", _unit, (key, {**given, "study": text}), number + len(units) * is_truth)
-                for number, (key, _, is_truth, is_kept) in enumerate(units)
-                if not is_kept
-            ]
-            try:
-                with closing(_results(client, scene, todo, tell)) as results:
-                    for _, files in results:
-                        _keep(Path(runs), files)
-                        done += 1
-            except _Stopped:
-                return None
+            for number, (key, _, is_truth, is_kept) in enumerate(units):
+                if not is_kept:
+                    # Truths take longest, and the last runs of a sweep.
+                    priority = number + expected * is_truth
+                    task = _Task(f"nephroid-run-{key[:32]}", _unit, scene, (key, {**given, "study": text}), priority)
+                    todo.append(task)
+                    folders[task.key] = Path(runs)
+        try:
+            with closing(_results(client, todo, tell)) as results:
+                for task, files in results:
+                    _keep(folders[task.key], files)
+                    done += 1
+        except _Stopped:
+            return None
         found = _nephroid.validate(subject, os.fspath(place), given, tell)
     return None if found is None else _read(place, found)
 
 
 def _results(
-    client: Any, scene: Scene, tasks: Sequence[_Task], tell: Callable[[], bool]
+    client: Any, tasks: Sequence[_Task], tell: Callable[[], bool]
 ) -> Generator[tuple[_Task, Any], None, None]:
     """Results of tasks as they come. Those that are left at its end are stopped, whatever ends it."""
     if not tasks:
         return
     client = _checked(client)
-    packed = scene._packed()
     source = _nephroid.source_hash
     told: queue.SimpleQueue[Any] = queue.SimpleQueue()
-    key = f"nephroid-scene-{scene.content_hash[:32]}-{source[:8]}"
-    loaded = client.submit(_load, source, scene.content_hash, packed, key=key)
+    scenes: dict[str, Any] = {}
     futures: dict[str, Any] = {}
     waiting = {task.key: task for task in tasks}
     try:
         for task in tasks:
+            hashed = task.scene.content_hash
+            if hashed not in scenes:
+                key = f"nephroid-scene-{hashed[:32]}-{source[:8]}"
+                scenes[hashed] = client.submit(_load, source, hashed, task.scene._packed(), key=key)
             futures[task.key] = client.submit(
                 task.function,
                 source,
-                loaded,
+                scenes[hashed],
                 *task.arguments,
                 key=task.key,
                 priority=task.priority,
@@ -250,7 +256,7 @@ def _results(
             client.cancel(list(futures.values()))
         # A traceback may keep this frame; with these gone the same keys can be asked for again.
         futures.clear()
-        del loaded
+        scenes.clear()
 
 
 def _checked(client: Any) -> Any:

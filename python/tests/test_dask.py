@@ -149,6 +149,23 @@ def test_a_run_goes_on_from_what_a_folder_keeps(client, tmp_path):
     assert_same(other, ne.render(scene, method="photons", error=0.02, seed=1))
 
 
+def test_a_disk_that_is_full_ends_the_run_and_leaves_no_half_file(client, tmp_path):
+    resource = pytest.importorskip("resource")
+    scene = ne.load_file(GLASS, size=32)
+    settings = {"photons": 1 << 22, "tasks": 4, "folder": tmp_path, "client": client}
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    # Of this process alone: workers were started before.
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8192, limit[1]))
+    try:
+        with pytest.raises(OSError, match="nephroid-part|too large"):
+            ne.dask.render(scene, **settings)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert list(tmp_path.iterdir()) == []
+    wait_for(lambda: not any(client.run(_is_working).values()), 3.0)
+    assert_same(ne.dask.render(scene, **settings), ne.render(scene, method="photons", photons=1 << 22))
+
+
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("way", ["ctrl-c", "callback", "exception"])
 def test_whoever_stops_a_run_stops_its_tasks(client, way):
