@@ -254,9 +254,6 @@ def _results(
     finally:
         if futures and client.status == "running":
             client.cancel(list(futures.values()))
-        # A traceback may keep this frame; with these gone the same keys can be asked for again.
-        futures.clear()
-        scenes.clear()
 
 
 def _checked(client: Any) -> Any:
