@@ -291,6 +291,26 @@ def test_a_study_has_the_report_of_a_study_in_one_piece(client, tmp_path):
     assert again.report == whole.report
 
 
+def test_a_killed_worker_loses_no_run_of_a_study(client, tmp_path):
+    scene = ne.load_file(GLASS, size=16)
+    # The truth takes seconds, the other two none.
+    runs = [{"method": "photons", "photons": [1024, 4096]}]
+    study = {"scene": scene, "truth": {"method": "photons", "photons": 1 << 23}, "method": runs}
+    killed = []
+
+    def progress(now):
+        if not killed and now.done == 2:
+            busy = [one for one, tasks in client.processing().items() if tasks]
+            assert len(busy) == 1 and client.run(_is_working, workers=busy)[busy[0]]
+            killed.append(client.run(os.getpid, workers=busy)[busy[0]])
+            os.kill(killed[0], signal.SIGKILL)
+
+    ne.dask.validate(study, tmp_path / "parts", client=client, progress=progress)
+    assert killed
+    ne.validate(study, tmp_path / "whole")
+    assert (tmp_path / "parts/report.json").read_bytes() == (tmp_path / "whole/report.json").read_bytes()
+
+
 def test_a_study_of_a_file_with_poses(client, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copy(GLASS, tmp_path)
