@@ -4,8 +4,8 @@
 >>> import nephroid as ne, nephroid.dask
 >>> film = nephroid.dask.render(ne.load_file("scenes/glass-ball.xml"), error=0.01, client=Client("head:8786"))
 
-Dask sends tasks to workers, and sends them again if a worker is lost. This module cuts work into tasks, names them by a
-hash of their contents, and puts results together: to the bits of the same work in one piece.
+Dask sends tasks to workers, and sends them again if a worker is lost. This module cuts work into tasks, names what is kept
+of them by a hash of its contents, and puts results together: to the bits of the same work in one piece.
 """
 
 from __future__ import annotations
@@ -14,10 +14,12 @@ import os
 import queue
 import tempfile
 import time
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import closing
+import uuid
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 try:
@@ -40,6 +42,13 @@ _TASK_PHOTONS = 1 << 22
 
 #: Seconds between two calls of a callback.
 _PERIOD = 0.1
+
+#: Seconds between two looks for workers that came or went.
+_LOOK = 1.0
+
+#: Tasks that a worker has at a time: one that it makes, and one that waits. What a lost worker had counts against a task,
+#: so no more wait there.
+_AHEAD = 2
 
 #: What each worker has one of, so that it makes one task at a time, on all of its threads.
 _RESOURCE = "nephroid"
@@ -68,16 +77,10 @@ class _Stopped(Exception):
     """The callback wants no more."""
 
 
-class _OneAtATime(WorkerPlugin):
-    """Gives each worker one of what a task takes, also those that come later."""
-
-    async def setup(self, worker: Any) -> None:
-        await worker.set_resources(**{_RESOURCE: 1})
-
-
 @dataclass(frozen=True)
 class _Task:
-    key: str
+    #: A hash of its contents; the call has the key that Dask knows it by.
+    name: str
     #: What is called with a scene and further arguments.
     function: Callable[..., Any]
     scene: Scene
@@ -133,27 +136,28 @@ def render(
         now = Progress(done, expected, "photons", gathering.relative_error, time.monotonic() - start)
         return progress is None or progress(now) is not False
 
-    while not isinstance(found := gathering.next(), Film):
-        (number, replicates, each), key = found
-        count = min(replicates, tasks or max(1, replicates * each // _TASK_PHOTONS))
-        # Part i has every count-th replicate, from the i-th on.
-        work = {i: each * len(range(i, replicates + 1, count)) for i in range(1, count + 1)}
-        expected = done + replicates * each
-        names = {f"nephroid-part-{key[:32]}-{i}-of-{count}": i for i in work}
-        if kept is not None:
-            for name in list(names):
-                if _is_added(gathering, kept / f"{name}.shard"):
-                    done += work[names.pop(name)]
-        todo = [_Task(name, _part, scene, (found[0], i, count, asked)) for name, i in names.items()]
-        try:
-            with closing(_results(client, todo, tell)) as results:
-                for task, part in results:
+    with _Call(client, tell) as call:
+        while not isinstance(found := gathering.next(), Film):
+            (_, replicates, each), key = found
+            count = min(replicates, tasks or max(1, replicates * each // _TASK_PHOTONS))
+            # Part i has every count-th replicate, from the i-th on.
+            work = {i: each * len(range(i, replicates + 1, count)) for i in range(1, count + 1)}
+            expected = done + replicates * each
+            names = {f"nephroid-part-{key[:32]}-{i}-of-{count}": i for i in work}
+            todo = []
+            for name, i in names.items():
+                if kept is not None and _is_added(gathering, kept / f"{name}.shard"):
+                    done += work[i]
+                else:
+                    todo.append(_Task(name, _part, scene, (found[0], i, count, asked)))
+            try:
+                for task, part in call.results(todo):
                     gathering.add(part)
-                    done += work[names[task.key]]
+                    done += work[names[task.name]]
                     if kept is not None:
-                        _write(kept / f"{task.key}.shard", part)
-        except _Stopped:
-            return None
+                        _write(kept / f"{task.name}.shard", part)
+            except _Stopped:
+                return None
     tell()
     return found
 
@@ -193,67 +197,118 @@ def validate(
             now = Progress(done, expected, "runs", None, time.monotonic() - start)
             return progress is None or progress(now) is not False
 
-        todo, folders = [], {}
+        todo: dict[str, _Task] = {}
+        # The same run may be asked for twice, and a pose may be.
+        folders: dict[str, list[Path]] = {}
         for _, runs, scene, units in poses:
             for number, (key, _, is_truth, is_kept) in enumerate(units):
                 if not is_kept:
                     # Truths take longest, and the last runs of a sweep.
                     priority = number + expected * is_truth
-                    task = _Task(f"nephroid-run-{key[:32]}", _unit, scene, (key, {**given, "study": text}), priority)
-                    todo.append(task)
-                    folders[task.key] = Path(runs)
+                    name = f"nephroid-run-{key[:32]}"
+                    todo[name] = _Task(name, _unit, scene, (key, {**given, "study": text}), priority)
+                    folders.setdefault(name, []).append(Path(runs))
         try:
-            with closing(_results(client, todo, tell)) as results:
-                for task, files in results:
-                    _keep(folders[task.key], files)
-                    done += 1
+            with _Call(client, tell) as call:
+                for task, files in call.results(todo.values()):
+                    for place_of_runs in dict.fromkeys(folders[task.name]):
+                        _keep(place_of_runs, files)
+                    done += len(folders[task.name])
         except _Stopped:
             return None
         found = _nephroid.validate(subject, os.fspath(place), given, tell)
     return None if found is None else _read(place, found)
 
 
-def _results(
-    client: Any, tasks: Sequence[_Task], tell: Callable[[], bool]
-) -> Generator[tuple[_Task, Any], None, None]:
-    """Results of tasks as they come. Those that are left at its end are stopped, whatever ends it."""
-    if not tasks:
-        return
-    client = _checked(client)
-    source = _nephroid.source_hash
-    told: queue.SimpleQueue[Any] = queue.SimpleQueue()
-    scenes: dict[str, Any] = {}
-    futures: dict[str, Any] = {}
-    waiting = {task.key: task for task in tasks}
-    try:
-        for task in tasks:
-            hashed = task.scene.content_hash
-            if hashed not in scenes:
-                key = f"nephroid-scene-{hashed[:32]}-{source[:8]}"
-                scenes[hashed] = client.submit(_load, source, hashed, task.scene._packed(), key=key)
-            futures[task.key] = client.submit(
-                task.function,
-                source,
-                scenes[hashed],
-                *task.arguments,
-                key=task.key,
-                priority=task.priority,
-                resources={_RESOURCE: 1},
-            )
-            futures[task.key].add_done_callback(lambda future: told.put(future.key))
-        while waiting:
-            if not tell():
+class _Call:
+    """What one call has on a cluster: scenes and tasks. Whatever ends the call, nothing of it stays there.
+
+    Each worker has a scene of its own, and tasks go where theirs is: else Dask would send all to the worker that has the
+    scene, and others would take few from a worker with many threads."""
+
+    def __init__(self, client: Any, tell: Callable[[], bool]) -> None:
+        self._client = client
+        self._tell = tell
+        self._is_checked = False
+        # Another call may have the same tasks: neither gets the other's errors, or ends what the other waits for.
+        self._suffix = uuid.uuid4().hex[:8]
+        #: Of each scene, by its hash: the one that was sent, and its copies on workers.
+        self._sent: dict[str, Any] = {}
+        self._copies: dict[tuple[str, str], Any] = {}
+        #: By task, the worker that it was meant for.
+        self._places: dict[str, str] = {}
+        self._futures: dict[str, Any] = {}
+        self._workers: list[str] = []
+        self._looked = -_LOOK
+
+    def __enter__(self) -> _Call:
+        return self
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        left = [*self._futures.values(), *self._copies.values(), *self._sent.values()]
+        if left and self._client.status == "running":
+            self._client.cancel(left)
+
+    def results(self, tasks: Iterable[_Task]) -> Iterator[tuple[_Task, Any]]:
+        """Results of tasks as they come."""
+        waiting = deque(sorted(tasks, key=lambda task: -task.priority))
+        if waiting and not self._is_checked:
+            self._client = _checked(self._client)
+            self._is_checked = True
+        told: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        under_way: dict[str, _Task] = {}
+        while waiting or under_way:
+            if not self._tell():
                 raise _Stopped
+            while waiting and (worker := self._free()) is not None:
+                future = self._submit(waiting[0], worker)
+                under_way[future.key] = waiting.popleft()
+                future.add_done_callback(lambda future: told.put(future.key))
             try:
-                name = told.get(timeout=_PERIOD)
+                key = told.get(timeout=_PERIOD)
             except queue.Empty:
                 continue
-            # If its worker is lost by now, it is made again meanwhile.
-            result = futures.pop(name).result()
-            yield waiting.pop(name), result
-    finally:
-        if futures and client.status == "running":
-            client.cancel(list(futures.values()))
+            # If its worker is lost by now, it is made again meanwhile. One that failed is cancelled with the others.
+            result = self._futures[key].result()
+            del self._futures[key], self._places[key]
+            yield under_way.pop(key), result
+
+    def _free(self) -> str | None:
+        """The worker that has least to do, if it has not enough."""
+        if time.monotonic() - self._looked > _LOOK:
+            self._workers = list(self._client.nthreads())
+            self._looked = time.monotonic()
+        busy = list(self._places.values())
+        worker = min(self._workers, key=busy.count, default=None)
+        return None if worker is None or busy.count(worker) >= _AHEAD else worker
+
+    def _submit(self, task: _Task, worker: str) -> Any:
+        key = f"{task.name}-{self._suffix}"
+        self._futures[key] = self._client.submit(
+            task.function,
+            _nephroid.source_hash,
+            self._scene(task.scene, worker),
+            *task.arguments,
+            key=key,
+            priority=task.priority,
+            resources={_RESOURCE: 1},
+        )
+        self._places[key] = worker
+        return self._futures[key]
+
+    def _scene(self, scene: Scene, worker: str) -> Any:
+        """A scene on a worker: sent once from here, and from there to others."""
+        hashed = scene.content_hash
+        key = f"nephroid-scene-{hashed[:32]}-{self._suffix}"
+        if hashed not in self._sent:
+            arguments = (_nephroid.source_hash, hashed, scene._packed())
+            self._sent[hashed] = self._client.submit(_load, *arguments, key=key, resources={_RESOURCE: 1})
+        if (hashed, worker) not in self._copies:
+            # If the worker is lost, it is made elsewhere.
+            where = {"workers": [worker], "allow_other_workers": True}
+            copy = f"{key}-{len(self._copies)}"
+            self._copies[hashed, worker] = self._client.submit(_copy, self._sent[hashed], key=copy, **where)
+        return self._copies[hashed, worker]
 
 
 def _checked(client: Any) -> Any:
@@ -266,8 +321,21 @@ def _checked(client: Any) -> Any:
             raise SettingError("there is no Dask cluster: give client=distributed.Client(...)") from None
     if not isinstance(client, distributed.Client) or client.asynchronous:
         raise TypeError(f"client is a {type(client).__name__}; a distributed.Client that is not asynchronous is needed")
-    client.register_plugin(_OneAtATime(), name="nephroid")
+    client.register_plugin(_one_at_a_time(), name="nephroid")
     return client
+
+
+def _one_at_a_time() -> WorkerPlugin:
+    """Gives each worker one of what a task takes, also those that come later.
+
+    Its class is local, and so sent by value: it stays on the cluster, whose later workers may lack nephroid."""
+    resources = {_RESOURCE: 1}
+
+    class OneAtATime(WorkerPlugin):
+        async def setup(self, worker: Any) -> None:
+            await worker.set_resources(**resources)
+
+    return OneAtATime()
 
 
 def _keep(folder: Path, files: Mapping[str, bytes]) -> None:
@@ -286,11 +354,17 @@ def _is_added(gathering: _nephroid.Gathering, path: Path) -> bool:
 
 
 def _write(path: Path, contents: bytes) -> None:
-    """Writes a file whole or not at all."""
-    partial = path.with_name(f".{path.name}-{os.getpid()}.partial")
+    """Writes a file whole or not at all. Its errors name it."""
+    # Others may write the same file, on other machines, too.
+    partial = path.with_name(f".{path.name}-{uuid.uuid4().hex}.partial")
     try:
-        partial.write_bytes(contents)
+        with partial.open("wb") as file:
+            file.write(contents)
+            file.flush()
+            os.fsync(file.fileno())
         partial.replace(path)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from error
     finally:
         partial.unlink(missing_ok=True)
 
@@ -316,6 +390,10 @@ def _load(source: str, content_hash: str, packed: tuple[Any, ...]) -> Scene:
     return scene
 
 
+def _copy(scene: Scene) -> Scene:
+    return scene
+
+
 def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) -> Any:
     """Does a task on all threads of the worker until it has a result, which is neither None nor False. It ends without
     one if nobody waits for it any more; or if the worker closes: then another takes it."""
@@ -327,19 +405,16 @@ def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) 
         is_closing = worker.status in (Status.closing, Status.closed, Status.failed)
         return task is not None and task.state != "cancelled" and not is_closing
 
-    while True:
-        result = function({**given, "threads": worker.state.nthreads}, goes_on)
-        if result is not None and result is not False:
-            return result
-        # It may have been stopped and asked for again.
-        if not goes_on():
-            raise distributed.Reschedule
+    result = function({**given, "threads": worker.state.nthreads}, goes_on)
+    if result is None or result is False:
+        raise distributed.Reschedule
+    return result
 
 
-def _part(source: str, scene: Scene, number: tuple[int, int, int], index: int, count: int, asked: Any) -> bytes:
+def _part(source: str, scene: Scene, round: tuple[int, int, int], index: int, count: int, asked: Any) -> bytes:
     """The sums of a part of a round."""
     _check(source)
-    part: bytes = _work(lambda given, told: _nephroid.part(scene, number, index, count, given, told), asked)
+    part: bytes = _work(lambda given, told: _nephroid.part(scene, round, index, count, given, told), asked)
     return part
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import pathlib
 import re
@@ -19,6 +20,8 @@ import nephroid as ne
 from conftest import ROOT, SCENES
 
 distributed = pytest.importorskip("distributed", reason='no distributed: pip install "nephroid[dask]"')
+
+from distributed.protocol import pickle  # noqa: E402
 
 import nephroid.dask  # noqa: E402
 
@@ -122,6 +125,31 @@ def test_a_killed_worker_loses_nothing(client):
     assert_same(film, ne.render(scene, method="photons", **settings))
 
 
+def test_lost_workers_do_not_count_against_tasks_that_never_ran(client):
+    """Each worker has one task that waits, and all others wait here."""
+    scene = ne.load_file(GLASS, size=32)
+    client.run_on_scheduler(_allow_failures, 1)
+    killed = []
+
+    def progress(now):
+        # Those of the first lost worker are done by the second time.
+        if len(killed) < 2 and now.done >= (1 << 19) * (1, 9)[len(killed)]:
+            busy = [one for one, tasks in client.processing().items() if tasks]
+            if busy:
+                killed.append(client.run(os.getpid, workers=busy[:1])[busy[0]])
+                os.kill(killed[-1], signal.SIGKILL)
+
+    try:
+        film = ne.dask.render(scene, photons=16 << 19, tasks=16, client=client, progress=progress)
+    finally:
+        client.run_on_scheduler(_allow_failures, 3)
+    assert len(killed) == 2 and film.complete
+
+
+def _allow_failures(number, dask_scheduler):
+    dask_scheduler.allowed_failures = number
+
+
 def test_a_run_goes_on_from_what_a_folder_keeps(client, tmp_path):
     scene = ne.load_file(GLASS, size=32)
     settings = {"error": 0.02, "tasks": 4, "folder": tmp_path, "client": client}
@@ -157,8 +185,9 @@ def test_a_disk_that_is_full_ends_the_run_and_leaves_no_half_file(client, tmp_pa
     # Of this process alone: workers were started before.
     resource.setrlimit(resource.RLIMIT_FSIZE, (8192, limit[1]))
     try:
-        with pytest.raises(OSError, match="nephroid-part|too large"):
+        with pytest.raises(OSError, match="nephroid-part") as caught:
             ne.dask.render(scene, **settings)
+        assert caught.value.errno == errno.EFBIG and tmp_path == pathlib.Path(caught.value.filename).parent
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)
     assert list(tmp_path.iterdir()) == []
@@ -199,6 +228,50 @@ def test_whoever_stops_a_run_stops_its_tasks(client, way):
     wait_for(lambda: not any(client.run(_is_working).values()), 3.0)
 
 
+def test_a_task_that_failed_can_be_asked_for_again(client):
+    scene = ne.load_file(GLASS, size=16)
+    settings = {"photons": 1 << 16, "tasks": 4, "client": client}
+    client.run(_set_source, "0" * 64)
+    try:
+        with pytest.raises(ne.Error, match="install the same wheel everywhere") as caught:
+            ne.dask.render(scene, **settings)
+    finally:
+        client.run(_set_source, ne._nephroid.source_hash)
+    # The exception holds frames, and these hold what was asked for.
+    assert caught.value.__traceback__ is not None
+    assert_same(ne.dask.render(scene, **settings), ne.render(scene, method="photons", photons=1 << 16))
+    wait_for(lambda: not client.run_on_scheduler(_nephroid_keys), 5.0)
+
+
+def _set_source(source):
+    ne._nephroid.source_hash = source
+
+
+def _nephroid_keys(dask_scheduler):
+    return [key for key in dask_scheduler.tasks if str(key).startswith("nephroid-")]
+
+
+def test_a_call_that_ends_does_not_end_another_of_the_same(client):
+    scene = ne.load_file(GLASS, size=16)
+    run = {"photons": 1 << 20, "tasks": 8, "client": client}
+    is_under_way, is_over = threading.Event(), threading.Event()
+    films = []
+
+    def wait(now):
+        if now.done:
+            is_under_way.set()
+            assert is_over.wait(30.0)
+
+    first = threading.Thread(target=lambda: films.append(ne.dask.render(scene, progress=wait, **run)))
+    first.start()
+    assert is_under_way.wait(30.0)
+    heard = []
+    assert ne.dask.render(scene, progress=lambda now: heard.append(now) or len(heard) < 2, **run) is None
+    is_over.set()
+    first.join(60.0)
+    assert_same(films[0], ne.render(scene, method="photons", photons=1 << 20))
+
+
 def test_a_client_that_dies_leaves_no_task_behind(client):
     code = (
         "import sys, distributed, nephroid as ne, nephroid.dask\n"
@@ -226,12 +299,17 @@ def test_a_task_has_all_threads_of_a_worker_to_itself():
         cluster.scale(2)
         client.wait_for_workers(2)
 
+        end = time.monotonic() + 60.0
+
         def progress(_):
             now = client.run(lambda dask_worker: (len(dask_worker.state.executing), _threads()))
             seen.extend(now.values())
-            return len([one for one in seen if one[0]]) < 4
+            # Both work, though one of them has threads for both tasks.
+            are_both = all(tasks == 1 and threads == 4 for tasks, threads in now.values())
+            return not are_both and time.monotonic() < end
 
-        assert ne.dask.render(scene, photons=ENDLESS, client=client, progress=progress) is None
+        assert ne.dask.render(scene, photons=ENDLESS, tasks=2, client=client, progress=progress) is None
+        assert time.monotonic() < end, seen
         assert {tasks for tasks, _ in seen} <= {0, 1}
         # One that waits, and three that work.
         assert max(threads for _, threads in seen) == 4
@@ -240,6 +318,15 @@ def test_a_task_has_all_threads_of_a_worker_to_itself():
 def _threads():
     names = pathlib.Path("/proc/self/task").glob("*/comm")
     return sum(name.read_text().strip() == "nephroid" for name in names)
+
+
+def test_what_stays_on_a_cluster_bars_no_worker_without_nephroid():
+    plugin = pickle.dumps(ne.dask._one_at_a_time())
+    code = "import sys; sys.modules['nephroid'] = None; from distributed.protocol import pickle; " + (
+        "print(type(pickle.loads(sys.stdin.buffer.read())).__name__)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], input=plugin, capture_output=True, check=True)
+    assert done.stdout.strip() == b"OneAtATime"
 
 
 def test_errors_are_typed(client, monkeypatch):
@@ -309,6 +396,23 @@ def test_a_killed_worker_loses_no_run_of_a_study(client, tmp_path):
     assert killed
     ne.validate(study, tmp_path / "whole")
     assert (tmp_path / "parts/report.json").read_bytes() == (tmp_path / "whole/report.json").read_bytes()
+
+
+def test_a_study_may_have_the_same_pose_and_the_same_run_twice(client, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(GLASS, tmp_path)
+    run = '[[method]]\nmethod = "photons"\nphotons = [1024, 1024]\n'
+    (tmp_path / "s.toml").write_text(
+        'scene = "glass-ball.xml"\nposes = [{ size = [8, 8] }]\n[truth]\nmethod = "beams"\nerror = "5%"\n' + run
+    )
+    ne.validate("s.toml", "whole")
+    seen = []
+    ne.dask.validate("s.toml", "parts", client=client, progress=seen.append)
+    assert (tmp_path / "parts/poses.json").read_bytes() == (tmp_path / "whole/poses.json").read_bytes()
+    assert seen[-1].done == seen[-1].expected == 6
+    for pose in ("pose-001", "pose-002"):
+        made, whole = ({path.name for path in (tmp_path / of / pose / "runs").iterdir()} for of in ("parts", "whole"))
+        assert made == whole
 
 
 def test_a_study_of_a_file_with_poses(client, tmp_path, monkeypatch):
