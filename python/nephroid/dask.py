@@ -10,6 +10,7 @@ of them by a hash of its contents, and puts results together: to the bits of the
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import queue
 import tempfile
@@ -146,13 +147,13 @@ def render(
             names = {f"nephroid-part-{key[:32]}-{i}-of-{count}": i for i in work}
             todo = []
             for name, i in names.items():
-                if kept is not None and _is_added(gathering, kept / f"{name}.shard"):
+                if kept is not None and _is_added(gathering, kept / f"{name}.shard", i, count):
                     done += work[i]
                 else:
                     todo.append(_Task(name, _part, scene, (found[0], i, count, asked)))
             try:
                 for task, part in call.results(todo):
-                    gathering.add(part)
+                    gathering.add(part, names[task.name], count)
                     done += work[names[task.name]]
                     if kept is not None:
                         _write(kept / f"{task.name}.shard", part)
@@ -186,10 +187,7 @@ def validate(
     start = time.monotonic()
     with _asked(study, folder, sensors, candidates, max_error, margin, repeats, None, None, params) as asked:
         subject, place, given = asked
-        text = given["study"]
-        if not isinstance(subject, Scene) and os.fspath(subject).endswith(".toml"):
-            text = Path(subject).read_text(encoding="utf-8")
-        poses = _nephroid.units(subject, os.fspath(place), given)
+        text, poses = _nephroid.units(subject, os.fspath(place), given)
         expected = sum(len(units) for *_, units in poses)
         done = sum(is_kept for *_, units in poses for *_, is_kept in units)
 
@@ -321,6 +319,10 @@ def _checked(client: Any) -> Any:
             raise SettingError("there is no Dask cluster: give client=distributed.Client(...)") from None
     if not isinstance(client, distributed.Client) or client.asynchronous:
         raise TypeError(f"client is a {type(client).__name__}; a distributed.Client that is not asynchronous is needed")
+    # By value, as lambdas are: a task that a worker cannot read would wait for ever.
+    found = client.run(lambda: importlib.util.find_spec("nephroid") is not None, on_error="ignore")
+    if without := [address for address, is_there in found.items() if not is_there]:
+        raise Error(f"no nephroid is on {', '.join(without)}: install the same wheel everywhere")
     client.register_plugin(_one_at_a_time(), name="nephroid")
     return client
 
@@ -344,10 +346,10 @@ def _keep(folder: Path, files: Mapping[str, bytes]) -> None:
         _write(folder / name, files[name])
 
 
-def _is_added(gathering: _nephroid.Gathering, path: Path) -> bool:
+def _is_added(gathering: _nephroid.Gathering, path: Path, index: int, count: int) -> bool:
     """Adds a part that is kept. One that is missing or damaged is made again."""
     try:
-        gathering.add(path.read_bytes())
+        gathering.add(path.read_bytes(), index, count)
     except (Error, FileNotFoundError):
         return False
     return True

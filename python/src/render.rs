@@ -7,7 +7,7 @@ use std::time::Instant;
 use nephroid::internals::method::shards::{MergeError, NextPart};
 use nephroid::internals::method::wanted::{Chosen, Wanted};
 use nephroid::internals::reference::photons::Shard;
-use nephroid::internals::reference::photons::gather::Gathered;
+use nephroid::internals::reference::photons::gather::{Gathered, Wanted as WantedRound};
 use nephroid::internals::reference::photons::shard::{Part, Round};
 use nephroid::internals::scene::ReconstructionFilter;
 use nephroid::internals::setting::Given;
@@ -207,6 +207,8 @@ pub struct Gathering {
     threads: Option<usize>,
     start: Instant,
     gathered: Arc<Mutex<Gathered>>,
+    /// The round that it needs; none before the first question.
+    wanted: Mutex<Option<WantedRound>>,
 }
 
 #[pymethods]
@@ -221,15 +223,21 @@ impl Gathering {
             threads: wish.threads,
             start: Instant::now(),
             gathered: Arc::default(),
+            wanted: Mutex::default(),
         })
     }
 
-    /// Adds a part.
-    fn add(&self, py: Python<'_>, part: PyBackedBytes) -> PyResult<()> {
+    /// Adds part `index` of `count` of the round that `next` told, both from 1 on.
+    fn add(&self, py: Python<'_>, part: PyBackedBytes, index: u32, count: u32) -> PyResult<()> {
+        let shard = checked_shard(py, index, count)?;
+        let wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(wanted) = wanted.clone() else {
+            return Err(errors::plain(py, "the run needs no part"));
+        };
         let added = py.detach(|| {
             let part = Part::read_from(&part[..])?;
             let mut gathered = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
-            gathered.add(part)
+            gathered.add(&wanted, shard, part)
         });
         added.map_err(|error| errors::plain(py, error))
     }
@@ -246,7 +254,9 @@ impl Gathering {
             method.next(&inner, &sensor, &gathered, &context)
         })?;
         match found.map_err(|error| errors::merge(py, &error))? {
-            NextPart::Round(round, key) => {
+            NextPart::Round(wanted) => {
+                let (round, key) = (wanted.round, wanted.key.clone());
+                *self.wanted.lock().unwrap_or_else(PoisonError::into_inner) = Some(wanted);
                 let numbers: Numbers = (round.number, round.replicates, round.photons_each);
                 Ok((numbers, key).into_pyobject(py)?.into_any())
             }

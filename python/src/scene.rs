@@ -1,5 +1,6 @@
 //! A scene, and how it was read.
 
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -12,14 +13,31 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::errors;
 use crate::work::work;
 
+/// A file in memory.
+type HeldFile = (PathBuf, Vec<u8>);
+
 /// What a scene was read from; enough to read it again in another process.
 struct Source {
     path: PathBuf,
     parameters: Vec<(String, String)>,
-    held: Vec<(PathBuf, Vec<u8>)>,
+    held: Vec<HeldFile>,
     is_lenient: bool,
     /// All files read, those in memory among them.
     files: Vec<PathBuf>,
+}
+
+impl Source {
+    /// The contents of all files, or the one that cannot be read.
+    fn contents(&self) -> Result<Vec<HeldFile>, (PathBuf, io::Error)> {
+        let mut files = self.held.clone();
+        for path in &self.files {
+            if files.iter().all(|(held, _)| held != path) {
+                let bytes = std::fs::read(path).map_err(|error| (path.clone(), error))?;
+                files.push((path.clone(), bytes));
+            }
+        }
+        Ok(files)
+    }
 }
 
 /// A scene that is ready to be measured. Made by `load_file`, `load_string` or `load_dict`.
@@ -47,7 +65,7 @@ impl Scene {
     fn read_held(
         path: PathBuf,
         parameters: Vec<(String, String)>,
-        held: Vec<(PathBuf, Vec<u8>)>,
+        held: Vec<HeldFile>,
         is_lenient: bool,
     ) -> Result<Self, LoadError> {
         let (scene, files) = mitsuba::load_held(&path, &parameters, &held, is_lenient)?;
@@ -80,7 +98,7 @@ impl Scene {
     fn arguments<'a, 'py>(
         &self,
         py: Python<'py>,
-        held: impl Iterator<Item = &'a (PathBuf, Vec<u8>)>,
+        held: impl Iterator<Item = &'a HeldFile>,
     ) -> Arguments<'py> {
         let held = held.map(|(path, bytes)| (path.clone(), PyBytes::new(py, bytes)));
         let source = &self.source;
@@ -160,16 +178,10 @@ impl Scene {
 
     /// The arguments by which `load` reads the same scene where its files are not: all of them come along.
     fn _packed<'py>(&self, py: Python<'py>) -> PyResult<Arguments<'py>> {
-        let source = &self.source;
-        let mut files = source.held.clone();
-        for path in &source.files {
-            if files.iter().all(|(held, _)| held != path) {
-                let bytes = std::fs::read(path).map_err(|error| {
-                    errors::load_one(py, format!("cannot be read: {error}"), path, (0, 0))
-                })?;
-                files.push((path.clone(), bytes));
-            }
-        }
+        let files = py.detach(|| self.source.contents());
+        let files = files.map_err(|(path, error)| {
+            errors::load_one(py, format!("cannot be read: {error}"), &path, (0, 0))
+        })?;
         Ok(self.arguments(py, files.iter()))
     }
 }
@@ -183,7 +195,7 @@ pub fn load(
     held: Vec<(PathBuf, PyBackedBytes)>,
     lenient: bool,
 ) -> PyResult<Scene> {
-    let held: Vec<(PathBuf, Vec<u8>)> = held
+    let held: Vec<HeldFile> = held
         .into_iter()
         .map(|(path, bytes)| (path, bytes.to_vec()))
         .collect();

@@ -248,14 +248,14 @@ type UnitRow = (String, String, bool, bool);
 /// A study without poses, or one of a pose: the pose's number, the folder of films, the scene, and the units.
 type PoseRow = (Option<usize>, PathBuf, Py<Scene>, Vec<UnitRow>);
 
-/// The studies of a study's poses, or the study itself.
+/// The studies of a study's poses, or the study itself; before them the text of its file, if it has one.
 #[pyfunction]
 pub fn units(
     py: Python<'_>,
     subject: Subject<'_>,
     folder: PathBuf,
     wish: StudyWish,
-) -> PyResult<Vec<PoseRow>> {
+) -> PyResult<(Option<String>, Vec<PoseRow>)> {
     let mut wishes = wish.wishes(py)?;
     let (read, path) = match subject {
         Subject::Scene(scene) => {
@@ -265,33 +265,69 @@ pub fn units(
         }
         Subject::Path(path) => (None, path),
     };
-    let file = study_file(&path, wish.study.as_deref(), read.is_some(), &wishes)
-        .map_err(|error| raised(py, &error))?;
-    if file.time.is_some() {
+    let inner = read.as_ref().map(|scene| Arc::clone(&scene.get().inner));
+    let given = wish.study;
+    let found = work(py, wish.threads, &Arc::default(), None, move || {
+        let is_file = given.is_none() && inner.is_none() && StudyFile::is_study(&path);
+        let (text, file) = if is_file {
+            let text = StudyFile::text(&path)?;
+            let file = StudyFile::parse(&path, &text)?.with(&wishes);
+            (Some(text), file)
+        } else {
+            let file = study_file(&path, given.as_deref(), inner.is_some(), &wishes)?;
+            (given, file)
+        };
+        if file.time.is_some() {
+            return Ok(None);
+        }
+        let found = match inner {
+            Some(scene) => vec![(
+                None,
+                folder.join("runs"),
+                None,
+                rows(&scene, &file, &folder)?,
+            )],
+            None => rows_of_poses(&file, &folder)?,
+        };
+        Ok(Some((text, found)))
+    })?;
+    let Some((text, found)) = found.map_err(|error: StudyError| raised(py, &error))? else {
         let message =
             "the time of a study limits when its last run begins on one machine; leave it out";
         return Err(errors::setting(py, message));
-    }
-    let poses = match &read {
-        Some(_) => vec![(None, file, folder)],
-        None => validation::of_poses(&file, &folder).map_err(|error| raised(py, &error))?,
     };
-    let mut found = Vec::new();
-    for (pose, file, folder) in poses {
-        let scene = match &read {
-            Some(scene) => scene.clone_ref(py),
-            None => {
-                let scene = Scene::read(file.scene.clone(), &file.define);
-                Py::new(py, scene.map_err(|error| errors::load(py, &error))?)?
-            }
+    let found = found.into_iter().map(|(pose, runs, scene, rows)| {
+        let scene = match (scene, &read) {
+            (Some(scene), _) => Py::new(py, scene)?,
+            (None, Some(scene)) => scene.clone_ref(py),
+            (None, None) => return Err(errors::plain(py, "a study without a scene")),
         };
-        let units = validation::units(&scene.get().inner, &file, &folder)
-            .map_err(|error| raised(py, &error))?;
-        let rows = units.into_iter();
-        let rows = rows.map(|one| (one.key, one.name, one.is_truth, one.is_kept));
-        found.push((pose, folder.join("runs"), scene, rows.collect()));
-    }
-    Ok(found)
+        Ok((pose, runs, scene, rows))
+    });
+    Ok((text, found.collect::<PyResult<_>>()?))
+}
+
+/// A [`PoseRow`] before Python has it; without a scene that is there already.
+type FoundRow = (Option<usize>, PathBuf, Option<Scene>, Vec<UnitRow>);
+
+fn rows_of_poses(file: &StudyFile, folder: &Path) -> Result<Vec<FoundRow>, StudyError> {
+    let poses = validation::of_poses(file, folder)?.into_iter();
+    let rows = poses.map(|(pose, file, folder)| {
+        let scene = Scene::read(file.scene.clone(), &file.define)?;
+        let rows = rows(&scene.inner, &file, &folder)?;
+        Ok((pose, folder.join("runs"), Some(scene), rows))
+    });
+    rows.collect()
+}
+
+fn rows(
+    scene: &Arc<nephroid::Scene>,
+    file: &StudyFile,
+    folder: &Path,
+) -> Result<Vec<UnitRow>, StudyError> {
+    let units = validation::units(scene, file, folder)?.into_iter();
+    let rows = units.map(|one| (one.key, one.name, one.is_truth, one.is_kept));
+    Ok(rows.collect())
 }
 
 /// Makes the unit of a key in a folder of its own. False if it was stopped.

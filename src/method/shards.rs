@@ -3,7 +3,7 @@
 use super::Method;
 use super::references::photons;
 use super::warnings;
-use crate::reference::photons::gather::{GatherError, Gathered, Next, check_gathered};
+use crate::reference::photons::gather::{GatherError, Gathered, Next, Wanted, check_gathered};
 use crate::reference::photons::run::Setup;
 use crate::reference::photons::shard::{Part, Round, ShardError, check_budget};
 use crate::reference::photons::{PhotonSettings, Shard};
@@ -104,7 +104,7 @@ impl Method {
                 let setup = Setup::new(scene, sensor, settings, &context.progress)?;
                 let next = setup.next(&sensor.id, &self.budget(), gathered);
                 Ok(next.map(|next| match next {
-                    Next::Round(round, key) => NextPart::Round(round, key),
+                    Next::Round(wanted) => NextPart::Round(wanted),
                     Next::Done(estimate) => {
                         let warnings = warnings::of_photons(scene, setup.light().is_empty());
                         let rendering = photons::rendering(scene, &settings, *estimate, warnings);
@@ -141,8 +141,8 @@ impl Method {
 /// What becomes of a run in parts.
 #[derive(Debug)]
 pub enum NextPart {
-    /// It needs the parts of a round, whose key names their contents.
-    Round(Round, String),
+    /// It needs the parts of a round.
+    Round(Wanted),
     /// It is done.
     Done(Box<Rendering>),
 }

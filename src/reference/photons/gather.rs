@@ -8,19 +8,20 @@ use std::collections::btree_map::Entry;
 use std::time::Instant;
 
 use super::run::{Run, Setup};
-use super::shard::{Part, Round, ShardError, compare};
+use super::settings::Shard;
+use super::shard::{Part, Round, RunIdentity, ShardError, compare};
 use crate::reference::rounds::Rounds;
 use crate::run::{Budget, Error, Estimate, Refusal};
 
 /// The parts that have come, round by round.
 #[derive(Debug, Default)]
 pub struct Gathered {
-    rounds: BTreeMap<u64, Whole>,
+    rounds: BTreeMap<u64, RoundSum>,
 }
 
-/// The sum of a round's parts.
+/// The sum of those of a round's parts that have come.
 #[derive(Debug)]
-struct Whole {
+struct RoundSum {
     sum: Part,
     /// Those that are in it, counted from 1.
     given: Vec<u32>,
@@ -29,45 +30,70 @@ struct Whole {
 /// What becomes of a run.
 #[derive(Debug)]
 pub enum Next {
-    /// It needs the parts of a round, whose key names their contents.
-    Round(Round, String),
+    /// It needs the parts of a round.
+    Round(Wanted),
     /// It is done.
     Done(Box<Estimate>),
 }
 
+/// A round that a run needs.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Which one.
+    pub round: Round,
+    /// A hash of what its parts are made from: it names their contents.
+    pub key: String,
+    run: RunIdentity,
+}
+
 impl Gathered {
-    /// Adds a part.
+    /// Adds a part of a round that is wanted.
     ///
     /// # Errors
     ///
-    /// If it is of another run, is there already, or a sum overflows.
-    pub fn add(&mut self, part: Part) -> Result<(), ShardError> {
-        let (number, index, count) = (part.run.round().number, part.shard.index, part.shard.count);
-        let whole = match self.rounds.entry(number) {
+    /// If it is another part than `shard`, or of another run; is there already; or a sum overflows: then all
+    /// of its round is dropped.
+    pub fn add(&mut self, wanted: &Wanted, shard: Shard, part: Part) -> Result<(), ShardError> {
+        compare(&wanted.run, &part.run)?;
+        let differs = |field, left: u32, right: u32| ShardError::OtherRun {
+            field,
+            left: left.to_string(),
+            right: right.to_string(),
+        };
+        if part.shard.count != shard.count {
+            let count = part.shard.count;
+            return Err(differs("the number of shards", shard.count, count));
+        }
+        if part.shard.index != shard.index {
+            let index = part.shard.index;
+            return Err(differs("the shard", shard.index + 1, index + 1));
+        }
+        let (number, index, count) = (wanted.round.number, shard.index, shard.count);
+        let mut place = match self.rounds.entry(number) {
             Entry::Vacant(place) => {
                 let given = vec![index + 1];
-                place.insert(Whole { sum: part, given });
+                place.insert(RoundSum { sum: part, given });
                 return Ok(());
             }
-            Entry::Occupied(place) => place.into_mut(),
+            Entry::Occupied(place) => place,
         };
-        compare(&whole.sum.run, &part.run)?;
-        let there = whole.sum.shard.count;
-        if there != count {
-            return Err(ShardError::OtherRun {
-                field: "the number of shards",
-                left: there.to_string(),
-                right: count.to_string(),
-            });
+        let there = place.get_mut();
+        compare(&there.sum.run, &part.run)?;
+        if there.sum.shard.count != count {
+            let before = there.sum.shard.count;
+            return Err(differs("the number of shards", before, count));
         }
-        let place = whole.given.binary_search(&(index + 1));
-        let Err(place) = place else {
-            let mut given = whole.given.clone();
+        let Err(at) = there.given.binary_search(&(index + 1)) else {
+            let mut given = there.given.clone();
             given.push(index + 1);
             return Err(ShardError::Incomplete { count, given });
         };
-        whole.sum.sums.merge(&part.sums)?;
-        whole.given.insert(place, index + 1);
+        if let Err(error) = there.sum.sums.merge(&part.sums) {
+            // Some of it is added, and some is not.
+            place.remove();
+            return Err(error.into());
+        }
+        there.given.insert(at, index + 1);
         Ok(())
     }
 }
@@ -98,7 +124,9 @@ impl Setup<'_> {
             return Err(problem.into());
         }
         if let Some(round) = replay.needed {
-            return Ok(Next::Round(round, self.identity(sensor, round).key()));
+            let run = self.identity(sensor, round);
+            let key = run.key();
+            return Ok(Next::Round(Wanted { round, key, run }));
         }
         let direct = self.direct(None);
         let estimate = replay.run.estimate(direct.as_ref(), incomplete);
@@ -142,15 +170,15 @@ struct Replay<'a, 's> {
 
 impl Replay<'_, '_> {
     /// Adds a round that is there, if it is the one meant and has all of its parts.
-    fn add(&mut self, whole: &Whole, round: Round) -> Result<bool, ShardError> {
+    fn add(&mut self, there: &RoundSum, round: Round) -> Result<bool, ShardError> {
         let setup = self.run.setup;
-        compare(&setup.identity(self.sensor, round), &whole.sum.run)?;
-        let count = whole.sum.shard.count;
-        if whole.given.len() != count as usize {
-            let given = whole.given.clone();
+        compare(&setup.identity(self.sensor, round), &there.sum.run)?;
+        let count = there.sum.shard.count;
+        if there.given.len() != count as usize {
+            let given = there.given.clone();
             return Err(ShardError::Incomplete { count, given });
         }
-        Ok(self.run.add(&whole.sum.sums))
+        Ok(self.run.add(&there.sum.sums))
     }
 }
 
@@ -161,11 +189,11 @@ impl Rounds for Replay<'_, '_> {
             replicates: self.run.replicates,
             photons_each: each,
         };
-        let Some(whole) = self.gathered.rounds.get(&number) else {
+        let Some(there) = self.gathered.rounds.get(&number) else {
             self.needed = Some(round);
             return Ok(false);
         };
-        match self.add(whole, round) {
+        match self.add(there, round) {
             Ok(is_complete) => Ok(is_complete),
             Err(problem) => {
                 self.problem = Some(problem);

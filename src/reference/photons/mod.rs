@@ -16,6 +16,7 @@
 pub mod bounds;
 pub mod finish;
 pub mod gather;
+mod hashed;
 pub mod layers;
 pub mod replicate;
 pub mod run;

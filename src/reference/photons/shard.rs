@@ -3,12 +3,14 @@
 //! A shard traces every n-th replicate. Its file holds the integer sums, so merging the shards of a run gives
 //! the very bits of the run in one piece.
 //!
-//! A file has the line `nephroid shard 2`, one line of JSON (`Header`), then the accumulators.
+//! A file has the line `nephroid shard 3`, one line of JSON (`Header`), then the accumulators, and the BLAKE3
+//! hash of all that.
 
 use std::io::{self, BufRead, Read, Write};
 
 use serde::{Deserialize, Serialize};
 
+use super::hashed::Hashed;
 use super::run::Setup;
 use super::settings::{DEFAULT_PHOTONS, Shard};
 use super::sums::{LedgerSums, RoundSums};
@@ -19,7 +21,10 @@ use crate::reference::Target;
 use crate::run::{Budget, Error, Estimate, Refusal, SOURCE_HASH};
 
 /// The first line of a shard file, version included.
-const MAGIC: &str = "nephroid shard 2";
+const MAGIC: &str = "nephroid shard 3";
+
+/// The first line of shards of any version, up to its number.
+const ANY_MAGIC: &str = "nephroid shard ";
 
 /// Longest header line that is read, in bytes. A thousand layers need a tenth of it.
 const MAX_HEADER: u64 = 1 << 22;
@@ -357,13 +362,27 @@ fn check_sums(
     Ok(())
 }
 
+/// Refuses a file whose contents have not the hash at its end, or that goes on.
+fn check_end(reader: Hashed<impl BufRead>) -> Result<(), ShardError> {
+    let (mut reader, hash) = reader.into_parts();
+    let mut said = [0; blake3::OUT_LEN];
+    reader.read_exact(&mut said)?;
+    // All of the file is hashed: the header says nothing of its own damage.
+    if hash != said || !reader.fill_buf()?.is_empty() {
+        let message = "its contents have not the hash at its end: it is damaged";
+        return Err(ShardError::Malformed(message.to_owned()));
+    }
+    Ok(())
+}
+
 impl Part {
     /// Writes the shard.
     ///
     /// # Errors
     ///
     /// As the writer's.
-    pub fn write_to(&self, mut writer: impl Write) -> Result<(), ShardError> {
+    pub fn write_to(&self, writer: impl Write) -> Result<(), ShardError> {
+        let mut writer = Hashed::new(writer);
         let header = Header {
             run: self.run.clone(),
             shard: self.shard,
@@ -378,7 +397,8 @@ impl Part {
         for layer in &self.sums.layers {
             layer.write_to(&mut writer)?;
         }
-        Ok(())
+        let (mut writer, hash) = writer.into_parts();
+        Ok(writer.write_all(hash.as_bytes())?)
     }
 
     /// Reads a shard.
@@ -386,7 +406,8 @@ impl Part {
     /// # Errors
     ///
     /// If the file is no shard, is damaged, or cannot be read.
-    pub fn read_from(mut reader: impl BufRead) -> Result<Self, ShardError> {
+    pub fn read_from(reader: impl BufRead) -> Result<Self, ShardError> {
+        let mut reader = Hashed::new(reader);
         let mut lines = reader.by_ref().take(MAX_HEADER);
         let mut line = String::new();
         let mut next = || -> Result<String, ShardError> {
@@ -401,9 +422,12 @@ impl Part {
         };
         let magic = next()?;
         if magic != MAGIC {
-            return Err(ShardError::Malformed(format!(
-                "its first line is not \"{MAGIC}\""
-            )));
+            return Err(ShardError::Malformed(match magic.strip_prefix(ANY_MAGIC) {
+                Some(_) => {
+                    format!("it is a \"{magic}\", and this version has \"{MAGIC}\": make it again")
+                }
+                None => format!("its first line is not \"{MAGIC}\""),
+            }));
         }
         let header: Header = serde_json::from_str(&next()?)
             .map_err(|error| ShardError::Malformed(error.to_string()))?;
@@ -411,6 +435,7 @@ impl Part {
         let layers: Vec<Accumulator> = (0..=header.run.layers.len())
             .map(|_| Accumulator::read_from(&mut reader))
             .collect::<Result<_, _>>()?;
+        check_end(reader)?;
         // Flux ends once, in 2⁶³ quanta a replicate at most, and there are up to 2³² replicates: an honest
         // sum stays below 2⁹⁵. Sums of 2²⁷ shards below 2¹⁰⁰ do not overflow.
         let possible = |number: &i128| number.unsigned_abs() < 1 << 100;
