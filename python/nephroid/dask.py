@@ -330,14 +330,14 @@ def _checked(client: Any) -> Any:
 def _one_at_a_time() -> WorkerPlugin:
     """Gives each worker one of what a task takes, also those that come later.
 
-    Its class is local, and so sent by value: it stays on the cluster, whose later workers may lack nephroid."""
+    It has a class of its own, and so is sent by value: it stays on the cluster, whose later workers may lack nephroid."""
     resources = {_RESOURCE: 1}
 
-    class OneAtATime(WorkerPlugin):
-        async def setup(self, worker: Any) -> None:
-            await worker.set_resources(**resources)
+    async def setup(_: WorkerPlugin, worker: Any) -> None:
+        await worker.set_resources(**resources)
 
-    return OneAtATime()
+    plugin: WorkerPlugin = type("OneAtATime", (WorkerPlugin,), {"setup": setup})()
+    return plugin
 
 
 def _keep(folder: Path, files: Mapping[str, bytes]) -> None:
