@@ -10,6 +10,7 @@ from ._about import Inspection
 
 __all__ = [
     "Film",
+    "Gathering",
     "Layer",
     "Progress",
     "Scene",
@@ -23,13 +24,18 @@ __all__ = [
     "load",
     "merge",
     "methods",
+    "part",
     "probe",
     "render",
     "shard",
+    "source_hash",
+    "unit",
+    "units",
     "validate",
 ]
 
 __version__: str
+source_hash: str
 
 _Map = NDArray[np.float64]
 
@@ -41,6 +47,9 @@ class _Wish(TypedDict):
     threads: int | None
     cache: str | None
     memory: int | None
+
+_Arguments = tuple[str, list[tuple[str, str]], list[tuple[str, bytes]], bool]
+_Round = tuple[int, int, int]
 
 class _StudyWish(TypedDict):
     define: list[tuple[str, str]]
@@ -66,6 +75,15 @@ class Scene:
     def size(self, sensor: str) -> tuple[int, int]: ...
     def inspect(self, method: str | None = None, sensor: str | None = None, **settings: object) -> Inspection: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
+    def _packed(self) -> _Arguments: ...
+
+@final
+class Gathering:
+    def __new__(cls, scene: Scene, wish: _Wish) -> Gathering: ...
+    def add(self, part: bytes, index: int, count: int) -> None: ...
+    def next(self) -> Film | tuple[_Round, str]: ...
+    @property
+    def relative_error(self) -> float | None: ...
 
 @final
 class Progress:
@@ -171,6 +189,9 @@ def render(scene: Scene, wish: _Wish, progress: Callable[[Progress], object] | N
 def shard(
     scene: Scene, index: int, count: int, wish: _Wish, progress: Callable[[Progress], object] | None
 ) -> bytes | None: ...
+def part(
+    scene: Scene, round: _Round, index: int, count: int, wish: _Wish, progress: Callable[[Progress], object] | None
+) -> bytes | None: ...
 def merge(scene: Scene, parts: list[bytes], wish: _Wish) -> Film: ...
 def inspect(scene: Scene, wish: _Wish) -> dict[str, Any]: ...
 def probe(
@@ -186,6 +207,12 @@ def validate(
     wish: _StudyWish,
     progress: Callable[[StudyProgress], object] | None,
 ) -> tuple[bool, bool] | None: ...
+def units(
+    subject: Scene | str | PathLike[str], folder: str | PathLike[str], wish: _StudyWish
+) -> tuple[str | None, list[tuple[int | None, Path, Scene, list[tuple[str, str, bool, bool]]]]]: ...
+def unit(
+    scene: Scene, key: str, folder: str | PathLike[str], wish: _StudyWish, progress: Callable[[Progress], object] | None
+) -> bool: ...
 def compare(a: Any, b: Any, margin: float | None) -> dict[str, Any]: ...
 def exr(array: _Map) -> bytes: ...
 def methods() -> dict[str, dict[str, Any]]: ...

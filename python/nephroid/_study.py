@@ -7,7 +7,8 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import timedelta
 from pathlib import Path
@@ -350,6 +351,33 @@ def validate(
 
     Raises :class:`LoadError`, :class:`SettingError` and :class:`RefusedError`.
     """
+    with _asked(study, folder, sensors, candidates, max_error, margin, repeats, threads, cache, params) as asked:
+        subject, place, given = asked
+        found = _nephroid.validate(subject, os.fspath(place), given, progress)
+    return None if found is None else _read(place, found)
+
+
+def _read(folder: Path, found: tuple[bool, bool]) -> Report:
+    """The report that was written into a folder."""
+    complete, is_of_poses = found
+    return Report._read_poses(folder, complete) if is_of_poses else Report._read(folder)
+
+
+@contextmanager
+def _asked(
+    study: str | os.PathLike[str] | Scene | Mapping[str, object],
+    folder: str | os.PathLike[str] | None,
+    sensors: str | Sequence[str] | None,
+    candidates: Mapping[str, Any] | None,
+    max_error: Mapping[str, float | str] | None,
+    margin: float | None,
+    repeats: int | None,
+    threads: int | None,
+    cache: str | os.PathLike[str] | None,
+    params: Mapping[str, object],
+) -> Iterator[tuple[str | os.PathLike[str] | Scene, Path, _nephroid._StudyWish]]:
+    """The subject of a study, its folder, and the wish for it as the compiled half takes it. Candidates without a file have
+    one meanwhile."""
     if is_of_mitsuba(study, "Scene") or (isinstance(study, dict) and "type" in study):
         checked_scene(study)
     source = None
@@ -382,8 +410,4 @@ def validate(
             "cache": None if cache is None else os.fspath(cache),
             "study": source,
         }
-        found = _nephroid.validate(study, os.fspath(folder), wish, progress)
-    if found is None:
-        return None
-    complete, is_of_poses = found
-    return Report._read_poses(Path(folder), complete) if is_of_poses else Report._read(Path(folder))
+        yield study, Path(folder), wish

@@ -33,6 +33,8 @@ fn _nephroid(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<film::Film>()?;
     module.add_class::<film::Layer>()?;
+    module.add("source_hash", nephroid::internals::run::SOURCE_HASH)?;
+    module.add_class::<render::Gathering>()?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<work::Progress>()?;
     module.add_class::<study::StudyProgress>()?;
@@ -40,11 +42,14 @@ fn _nephroid(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(render::render, module)?)?;
     module.add_function(wrap_pyfunction!(render::shard, module)?)?;
     module.add_function(wrap_pyfunction!(render::merge, module)?)?;
+    module.add_function(wrap_pyfunction!(render::part, module)?)?;
     module.add_function(wrap_pyfunction!(about::inspect, module)?)?;
     module.add_function(wrap_pyfunction!(about::probe, module)?)?;
     module.add_function(wrap_pyfunction!(attribute::attribute, module)?)?;
     module.add_function(wrap_pyfunction!(study::default_folder, module)?)?;
     module.add_function(wrap_pyfunction!(study::validate_study, module)?)?;
+    module.add_function(wrap_pyfunction!(study::units, module)?)?;
+    module.add_function(wrap_pyfunction!(study::unit, module)?)?;
     module.add_function(wrap_pyfunction!(tools::compare, module)?)?;
     module.add_function(wrap_pyfunction!(tools::exr, module)?)?;
     module.add_function(wrap_pyfunction!(tools::methods, module)?)?;

@@ -1,13 +1,14 @@
 //! Runs, shards, and their sum.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use nephroid::internals::method::shards::MergeError;
+use nephroid::internals::method::shards::{MergeError, NextPart};
 use nephroid::internals::method::wanted::{Chosen, Wanted};
 use nephroid::internals::reference::photons::Shard;
-use nephroid::internals::reference::photons::shard::Part;
+use nephroid::internals::reference::photons::gather::{Gathered, Wanted as WantedRound};
+use nephroid::internals::reference::photons::shard::{Part, Round};
 use nephroid::internals::scene::ReconstructionFilter;
 use nephroid::internals::setting::Given;
 use nephroid::{Budget, Context, Error, Rendering};
@@ -107,14 +108,7 @@ pub fn shard<'py>(
     wish: Wish,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Option<Bound<'py, PyBytes>>> {
-    if !(1..=count).contains(&index) {
-        let message = format!("index is {index} of {count}; allowed are 1..={count}");
-        return Err(errors::setting(py, message));
-    }
-    let part = Shard {
-        index: index - 1,
-        count,
-    };
+    let part = checked_shard(py, index, count)?;
     let context = wish.context();
     let (inner, threads) = (Arc::clone(&scene.inner), wish.threads);
     let watched = Arc::clone(&context.progress);
@@ -124,13 +118,26 @@ pub fn shard<'py>(
             .method
             .run_shard(&inner, &chosen.sensor, part, &context)
     })?;
-    let Some(part) = done.map_err(|error| errors::run(py, &error))? else {
-        return Ok(None);
-    };
-    let mut bytes = Vec::new();
-    part.write_to(&mut bytes)
-        .map_err(|error| errors::plain(py, error))?;
-    Ok(Some(PyBytes::new(py, &bytes)))
+    let part = done.map_err(|error| errors::run(py, &error))?;
+    part.map(|part| written(py, &part)).transpose()
+}
+
+fn checked_shard(py: Python<'_>, index: u32, count: u32) -> PyResult<Shard> {
+    if !(1..=count).contains(&index) {
+        let message = format!("index is {index} of {count}; allowed are 1..={count}");
+        return Err(errors::setting(py, message));
+    }
+    let index = index - 1;
+    Ok(Shard { index, count })
+}
+
+fn written<'py>(py: Python<'py>, part: &Part) -> PyResult<Bound<'py, PyBytes>> {
+    let bytes = py.detach(|| {
+        let mut bytes = Vec::new();
+        part.write_to(&mut bytes).map(|()| bytes)
+    });
+    let bytes = bytes.map_err(|error| errors::plain(py, error))?;
+    Ok(PyBytes::new(py, &bytes))
 }
 
 /// Puts the parts of a run together: the bits of the run in one piece.
@@ -157,4 +164,112 @@ pub fn merge(
     })?;
     let (chosen, rendering) = done.map_err(|error: MergeError| errors::merge(py, &error))?;
     Ok(film(scene, chosen, rendering, start))
+}
+
+/// A round as Python knows it: number, replicates, photons of each.
+type Numbers = (u64, u32, u64);
+
+/// Traces part `index` of `count` of a round, both from 1 on; None if it was stopped.
+#[pyfunction]
+pub fn part<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    round: Numbers,
+    index: u32,
+    count: u32,
+    wish: Wish,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Option<Bound<'py, PyBytes>>> {
+    let shard = checked_shard(py, index, count)?;
+    let (number, replicates, photons_each) = round;
+    let round = Round {
+        number,
+        replicates,
+        photons_each,
+    };
+    let context = wish.context();
+    let (inner, threads) = (Arc::clone(&scene.inner), wish.threads);
+    let watched = Arc::clone(&context.progress);
+    let done = work(py, threads, &watched, progress, move || {
+        let Chosen { sensor, method, .. } = wish.choose(&inner, true)?;
+        method.run_part(&inner, &sensor, round, shard, &context)
+    })?;
+    let part = done.map_err(|error| errors::run(py, &error))?;
+    part.map(|part| written(py, &part)).transpose()
+}
+
+/// A run whose parts come from elsewhere, in any order.
+#[pyclass(frozen, module = "nephroid._nephroid")]
+pub struct Gathering {
+    scene: Py<Scene>,
+    chosen: Chosen,
+    context: Context,
+    threads: Option<usize>,
+    start: Instant,
+    gathered: Arc<Mutex<Gathered>>,
+    /// The round that it needs; none before the first question.
+    wanted: Mutex<Option<WantedRound>>,
+}
+
+#[pymethods]
+impl Gathering {
+    #[new]
+    fn new(py: Python<'_>, scene: Py<Scene>, wish: Wish) -> PyResult<Self> {
+        let chosen = wish.choose(&scene.get().inner, true);
+        Ok(Self {
+            chosen: chosen.map_err(|error| errors::run(py, &error))?,
+            scene,
+            context: wish.context(),
+            threads: wish.threads,
+            start: Instant::now(),
+            gathered: Arc::default(),
+            wanted: Mutex::default(),
+        })
+    }
+
+    /// Adds part `index` of `count` of the round that `next` told, both from 1 on.
+    fn add(&self, py: Python<'_>, part: PyBackedBytes, index: u32, count: u32) -> PyResult<()> {
+        let shard = checked_shard(py, index, count)?;
+        let wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(wanted) = wanted.clone() else {
+            return Err(errors::plain(py, "the run needs no part"));
+        };
+        let added = py.detach(|| {
+            let part = Part::read_from(&part[..])?;
+            let mut gathered = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
+            gathered.add(&wanted, shard, part)
+        });
+        added.map_err(|error| errors::plain(py, error))
+    }
+
+    /// The round that the run needs next, with the key of its contents; or its film, if it needs none.
+    fn next<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let scene = self.scene.get();
+        let (inner, gathered) = (Arc::clone(&scene.inner), Arc::clone(&self.gathered));
+        let (chosen, context) = (self.chosen.clone(), self.context.clone());
+        let progress = Arc::clone(&context.progress);
+        let found = work(py, self.threads, &progress, None, move || {
+            let gathered = gathered.lock().unwrap_or_else(PoisonError::into_inner);
+            let Chosen { sensor, method, .. } = chosen;
+            method.next(&inner, &sensor, &gathered, &context)
+        })?;
+        match found.map_err(|error| errors::merge(py, &error))? {
+            NextPart::Round(wanted) => {
+                let (round, key) = (wanted.round, wanted.key.clone());
+                *self.wanted.lock().unwrap_or_else(PoisonError::into_inner) = Some(wanted);
+                let numbers: Numbers = (round.number, round.replicates, round.photons_each);
+                Ok((numbers, key).into_pyobject(py)?.into_any())
+            }
+            NextPart::Done(rendering) => {
+                let film = film(scene, self.chosen.clone(), *rendering, self.start);
+                Ok(Py::new(py, film)?.into_bound(py).into_any())
+            }
+        }
+    }
+
+    /// The error of all rounds that are whole; None while it is not known.
+    #[getter]
+    fn relative_error(&self) -> Option<f64> {
+        self.context.progress.relative_error()
+    }
 }

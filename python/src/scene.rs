@@ -1,8 +1,10 @@
 //! A scene, and how it was read.
 
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use nephroid::LoadError;
 use nephroid::internals::mitsuba;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -11,12 +13,31 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::errors;
 use crate::work::work;
 
+/// A file in memory.
+type HeldFile = (PathBuf, Vec<u8>);
+
 /// What a scene was read from; enough to read it again in another process.
 struct Source {
     path: PathBuf,
     parameters: Vec<(String, String)>,
-    held: Vec<(PathBuf, Vec<u8>)>,
+    held: Vec<HeldFile>,
     is_lenient: bool,
+    /// All files read, those in memory among them.
+    files: Vec<PathBuf>,
+}
+
+impl Source {
+    /// The contents of all files, or the one that cannot be read.
+    fn contents(&self) -> Result<Vec<HeldFile>, (PathBuf, io::Error)> {
+        let mut files = self.held.clone();
+        for path in &self.files {
+            if files.iter().all(|(held, _)| held != path) {
+                let bytes = std::fs::read(path).map_err(|error| (path.clone(), error))?;
+                files.push((path.clone(), bytes));
+            }
+        }
+        Ok(files)
+    }
 }
 
 /// A scene that is ready to be measured. Made by `load_file`, `load_string` or `load_dict`.
@@ -31,18 +52,64 @@ impl Scene {
     pub fn parameters(&self) -> &[(String, String)] {
         &self.source.parameters
     }
+
+    /// A scene from a file of the disk.
+    ///
+    /// # Errors
+    ///
+    /// If it cannot be read.
+    pub fn read(path: PathBuf, parameters: &[(String, String)]) -> Result<Self, LoadError> {
+        Self::read_held(path, parameters.to_vec(), Vec::new(), false)
+    }
+
+    fn read_held(
+        path: PathBuf,
+        parameters: Vec<(String, String)>,
+        held: Vec<HeldFile>,
+        is_lenient: bool,
+    ) -> Result<Self, LoadError> {
+        let (scene, files) = mitsuba::load_held(&path, &parameters, &held, is_lenient)?;
+        let source = Source {
+            path,
+            parameters,
+            held,
+            is_lenient,
+            files,
+        };
+        Ok(Self {
+            inner: Arc::new(scene),
+            source,
+        })
+    }
 }
 
-/// What pickle asks for: a function, and its arguments.
-type Reduced<'py> = (
-    Bound<'py, PyAny>,
-    (
-        PathBuf,
-        Vec<(String, String)>,
-        Vec<(PathBuf, Bound<'py, PyBytes>)>,
-        bool,
-    ),
+/// The arguments of `load`.
+type Arguments<'py> = (
+    PathBuf,
+    Vec<(String, String)>,
+    Vec<(PathBuf, Bound<'py, PyBytes>)>,
+    bool,
 );
+
+/// What pickle asks for: a function, and its arguments.
+type Reduced<'py> = (Bound<'py, PyAny>, Arguments<'py>);
+
+impl Scene {
+    fn arguments<'a, 'py>(
+        &self,
+        py: Python<'py>,
+        held: impl Iterator<Item = &'a HeldFile>,
+    ) -> Arguments<'py> {
+        let held = held.map(|(path, bytes)| (path.clone(), PyBytes::new(py, bytes)));
+        let source = &self.source;
+        (
+            source.path.clone(),
+            source.parameters.clone(),
+            held.collect(),
+            source.is_lenient,
+        )
+    }
+}
 
 #[pymethods]
 impl Scene {
@@ -105,16 +172,17 @@ impl Scene {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let source = &self.source;
-        let held = source.held.iter();
-        let held = held.map(|(path, bytes)| (path.clone(), PyBytes::new(py, bytes)));
-        let arguments = (
-            source.path.clone(),
-            source.parameters.clone(),
-            held.collect(),
-            source.is_lenient,
-        );
+        let arguments = self.arguments(py, self.source.held.iter());
         Ok((py.import("nephroid._nephroid")?.getattr("load")?, arguments))
+    }
+
+    /// The arguments by which `load` reads the same scene where its files are not: all of them come along.
+    fn _packed<'py>(&self, py: Python<'py>) -> PyResult<Arguments<'py>> {
+        let files = py.detach(|| self.source.contents());
+        let files = files.map_err(|(path, error)| {
+            errors::load_one(py, format!("cannot be read: {error}"), &path, (0, 0))
+        })?;
+        Ok(self.arguments(py, files.iter()))
     }
 }
 
@@ -127,23 +195,12 @@ pub fn load(
     held: Vec<(PathBuf, PyBackedBytes)>,
     lenient: bool,
 ) -> PyResult<Scene> {
-    let held: Vec<(PathBuf, Vec<u8>)> = held
+    let held: Vec<HeldFile> = held
         .into_iter()
         .map(|(path, bytes)| (path, bytes.to_vec()))
         .collect();
     let read = work(py, None, &Arc::default(), None, move || {
-        let read = mitsuba::load_held(&path, &parameters, &held, lenient);
-        let source = Source {
-            path,
-            parameters,
-            held,
-            is_lenient: lenient,
-        };
-        read.map(|scene| (scene, source))
+        Scene::read_held(path, parameters, held, lenient)
     })?;
-    let (scene, source) = read.map_err(|error| errors::load(py, &error))?;
-    Ok(Scene {
-        inner: Arc::new(scene),
-        source,
-    })
+    read.map_err(|error| errors::load(py, &error))
 }

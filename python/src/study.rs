@@ -1,6 +1,6 @@
 //! Studies: what does less error cost?
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nephroid::Context;
@@ -8,13 +8,15 @@ use nephroid::internals::study::attribution::AttributionError;
 use nephroid::internals::study::file::{FileError, StudyCandidate, StudyWishes, report_folder};
 use nephroid::internals::study::limit::{self, StudyLimit};
 use nephroid::internals::study::plan::PlanError;
-use nephroid::internals::study::validation::{News, Report, Watcher, validate, validate_scene};
+use nephroid::internals::study::validation::{
+    self as validation, News, Report, Watcher, validate, validate_scene,
+};
 use nephroid::internals::study::{StudyError, StudyFile};
 use pyo3::prelude::*;
 
 use crate::errors;
 use crate::scene::Scene;
-use crate::work::{Progress, work_told};
+use crate::work::{Progress, work, work_told};
 
 /// The subject of a study.
 #[derive(FromPyObject)]
@@ -203,31 +205,155 @@ pub fn validate_study(
         })
     };
     let text = wish.study;
-    // The text has no file: paths in it are relative to the working folder.
-    let parsed = |text: &str| StudyFile::parse("<study>".as_ref(), text);
     let done = work_told(py, wish.threads, &watched, progress, told, move || {
-        let Some(scene) = scene else {
-            let file = match text {
-                Some(text) => parsed(&text)?.with(&wishes),
-                None => StudyFile::wanted(&path, &wishes)?,
-            };
-            return validate(&file, &folder, &context, &mut note);
-        };
-        let file = match text {
-            Some(text) => parsed(&text)?,
-            None => StudyFile::of_scene(""),
-        };
-        let file = StudyFile {
-            scene: path,
-            ..file.with(&wishes)
-        };
-        validate_scene(scene, &file, &folder, &context, &mut note)
+        let file = study_file(&path, text.as_deref(), scene.is_some(), &wishes)?;
+        match scene {
+            Some(scene) => validate_scene(scene, &file, &folder, &context, &mut note),
+            None => validate(&file, &folder, &context, &mut note),
+        }
     })?;
     let found = done.map_err(|error| raised(py, &error))?;
     let is_complete = found.is_complete;
     Ok(found
         .report
         .map(|report| (is_complete, matches!(report, Report::Poses(_)))))
+}
+
+/// What is asked for: a study from its text, from its file, or of a scene; of a scene that is read already, if
+/// `is_read`.
+fn study_file(
+    path: &Path,
+    text: Option<&str>,
+    is_read: bool,
+    wishes: &StudyWishes,
+) -> Result<StudyFile, StudyError> {
+    let file = match text {
+        // The text has no file: paths in it are relative to the working folder.
+        Some(text) => StudyFile::parse("<study>".as_ref(), text)?,
+        None if is_read => StudyFile::of_scene(""),
+        None => return Ok(StudyFile::wanted(path, wishes)?),
+    };
+    let file = file.with(wishes);
+    Ok(if is_read {
+        let scene = path.to_owned();
+        StudyFile { scene, ..file }
+    } else {
+        file
+    })
+}
+
+/// A unit of a study as Python knows it: key, name, whether it is a truth, and whether it is kept.
+type UnitRow = (String, String, bool, bool);
+
+/// A study without poses, or one of a pose: the pose's number, the folder of films, the scene, and the units.
+type PoseRow = (Option<usize>, PathBuf, Py<Scene>, Vec<UnitRow>);
+
+/// The studies of a study's poses, or the study itself; before them the text of its file, if it has one.
+#[pyfunction]
+pub fn units(
+    py: Python<'_>,
+    subject: Subject<'_>,
+    folder: PathBuf,
+    wish: StudyWish,
+) -> PyResult<(Option<String>, Vec<PoseRow>)> {
+    let mut wishes = wish.wishes(py)?;
+    let (read, path) = match subject {
+        Subject::Scene(scene) => {
+            wishes.define = scene.parameters().to_vec();
+            let path = scene.inner.path().to_owned();
+            (Some(Py::from(scene)), path)
+        }
+        Subject::Path(path) => (None, path),
+    };
+    let inner = read.as_ref().map(|scene| Arc::clone(&scene.get().inner));
+    let given = wish.study;
+    let found = work(py, wish.threads, &Arc::default(), None, move || {
+        let is_file = given.is_none() && inner.is_none() && StudyFile::is_study(&path);
+        let (text, file) = if is_file {
+            let text = StudyFile::text(&path)?;
+            let file = StudyFile::parse(&path, &text)?.with(&wishes);
+            (Some(text), file)
+        } else {
+            let file = study_file(&path, given.as_deref(), inner.is_some(), &wishes)?;
+            (given, file)
+        };
+        if file.time.is_some() {
+            return Ok(None);
+        }
+        let found = match inner {
+            Some(scene) => vec![(
+                None,
+                folder.join("runs"),
+                None,
+                rows(&scene, &file, &folder)?,
+            )],
+            None => rows_of_poses(&file, &folder)?,
+        };
+        Ok(Some((text, found)))
+    })?;
+    let Some((text, found)) = found.map_err(|error: StudyError| raised(py, &error))? else {
+        let message =
+            "the time of a study limits when its last run begins on one machine; leave it out";
+        return Err(errors::setting(py, message));
+    };
+    let found = found.into_iter().map(|(pose, runs, scene, rows)| {
+        let scene = match (scene, &read) {
+            (Some(scene), _) => Py::new(py, scene)?,
+            (None, Some(scene)) => scene.clone_ref(py),
+            (None, None) => return Err(errors::plain(py, "a study without a scene")),
+        };
+        Ok((pose, runs, scene, rows))
+    });
+    Ok((text, found.collect::<PyResult<_>>()?))
+}
+
+/// A [`PoseRow`] before Python has it; without a scene that is there already.
+type FoundRow = (Option<usize>, PathBuf, Option<Scene>, Vec<UnitRow>);
+
+fn rows_of_poses(file: &StudyFile, folder: &Path) -> Result<Vec<FoundRow>, StudyError> {
+    let poses = validation::of_poses(file, folder)?.into_iter();
+    let rows = poses.map(|(pose, file, folder)| {
+        let scene = Scene::read(file.scene.clone(), &file.define)?;
+        let rows = rows(&scene.inner, &file, &folder)?;
+        Ok((pose, folder.join("runs"), Some(scene), rows))
+    });
+    rows.collect()
+}
+
+fn rows(
+    scene: &Arc<nephroid::Scene>,
+    file: &StudyFile,
+    folder: &Path,
+) -> Result<Vec<UnitRow>, StudyError> {
+    let units = validation::units(scene, file, folder)?.into_iter();
+    let rows = units.map(|one| (one.key, one.name, one.is_truth, one.is_kept));
+    Ok(rows.collect())
+}
+
+/// Makes the unit of a key in a folder of its own. False if it was stopped.
+#[pyfunction]
+pub fn unit(
+    py: Python<'_>,
+    scene: &Scene,
+    key: String,
+    folder: PathBuf,
+    wish: StudyWish,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<bool> {
+    let mut wishes = wish.wishes(py)?;
+    wishes.define = scene.parameters().to_vec();
+    let context = Context {
+        cache: wish.cache.clone(),
+        ..Context::default()
+    };
+    let watched = Arc::clone(&context.progress);
+    let (inner, text) = (Arc::clone(&scene.inner), wish.study);
+    let done = work(py, wish.threads, &watched, progress, move || {
+        let file = study_file(inner.path(), text.as_deref(), true, &wishes)?;
+        let note = &mut Note::default();
+        validation::validate_unit(Arc::clone(&inner), &file, &key, &folder, &context, note)
+    })?;
+    done.map_err(|error| raised(py, &error))
 }
 
 fn raised(py: Python<'_>, error: &StudyError) -> PyErr {

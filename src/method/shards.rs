@@ -3,8 +3,9 @@
 use super::Method;
 use super::references::photons;
 use super::warnings;
+use crate::reference::photons::gather::{GatherError, Gathered, Next, Wanted, check_gathered};
 use crate::reference::photons::run::Setup;
-use crate::reference::photons::shard::{Part, ShardError, check_budget};
+use crate::reference::photons::shard::{Part, Round, ShardError, check_budget};
 use crate::reference::photons::{PhotonSettings, Shard};
 use crate::run::{Context, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
@@ -60,16 +61,90 @@ impl Method {
             .map_err(MergeError::from)
     }
 
+    /// Traces one part of a round. `None` if it was stopped before its end.
+    ///
+    /// # Errors
+    ///
+    /// As [`Method::next`].
+    #[doc(hidden)]
+    pub fn run_part(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        round: Round,
+        shard: Shard,
+        context: &Context,
+    ) -> Result<Option<Part>, Error> {
+        self.check_memory(scene, sensor, context)?;
+        let settings = self.gathered()?;
+        context.install(|| {
+            let setup = Setup::new(scene, sensor, settings, &context.progress)?;
+            setup.run_part(&sensor.id, round, shard)
+        })
+    }
+
+    /// The round that a run in parts needs next, or its result: the bits of the run in one piece.
+    ///
+    /// # Errors
+    ///
+    /// If the method is not photons, its settings limit time, parts do not fit, or as [`Method::run`].
+    #[doc(hidden)]
+    pub fn next(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        gathered: &Gathered,
+        context: &Context,
+    ) -> Result<NextPart, MergeError> {
+        self.check_memory(scene, sensor, context)
+            .map_err(Error::from)?;
+        let settings = self.gathered().map_err(Error::from)?;
+        context
+            .install(|| {
+                let setup = Setup::new(scene, sensor, settings, &context.progress)?;
+                let next = setup.next(&sensor.id, &self.budget(), gathered);
+                Ok(next.map(|next| match next {
+                    Next::Round(wanted) => NextPart::Round(wanted),
+                    Next::Done(estimate) => {
+                        let warnings = warnings::of_photons(scene, setup.light().is_empty());
+                        let rendering = photons::rendering(scene, &settings, *estimate, warnings);
+                        NextPart::Done(Box::new(self.described(rendering, sensor)))
+                    }
+                }))
+            })?
+            .map_err(MergeError::from)
+    }
+
+    fn gathered(&self) -> Result<PhotonSettings, Refusal> {
+        self.check_divisible()?;
+        check_gathered(&self.budget())?;
+        Ok(photons::settings(&self.values, PhotonSettings::default()))
+    }
+
     fn sharded(&self) -> Result<PhotonSettings, Refusal> {
+        self.check_divisible()?;
+        check_budget(&self.budget())?;
+        Ok(photons::settings(&self.values, PhotonSettings::default()))
+    }
+
+    fn check_divisible(&self) -> Result<(), Refusal> {
         if self.name() != "photons" {
             return Err(Refusal::new(format!(
                 "shards are for --method photons: a run of {} is made in one piece",
                 self.name()
             )));
         }
-        check_budget(&self.budget())?;
-        Ok(photons::settings(&self.values, PhotonSettings::default()))
+        Ok(())
     }
+}
+
+/// What becomes of a run in parts.
+#[derive(Debug)]
+pub enum NextPart {
+    /// It needs the parts of a round.
+    Round(Wanted),
+    /// It is done.
+    Done(Box<Rendering>),
 }
 
 /// An error that ends a merge.
@@ -81,4 +156,13 @@ pub enum MergeError {
     /// The parts do not fit together.
     #[error(transparent)]
     Shard(#[from] ShardError),
+}
+
+impl From<GatherError> for MergeError {
+    fn from(error: GatherError) -> Self {
+        match error {
+            GatherError::Run(error) => Self::Run(error),
+            GatherError::Shard(error) => Self::Shard(error),
+        }
+    }
 }

@@ -116,6 +116,13 @@ impl Files {
             .map_err(|why| format!("{} {why}", path.display()))
     }
 
+    /// The paths of all files read.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        let mut paths: Vec<PathBuf> = self.read.keys().cloned().collect();
+        paths.sort();
+        paths
+    }
+
     /// BLAKE3 hash, in hex digits, over the parameters and the contents of all files read, in order of first
     /// use.
     pub fn content_hash(&self) -> String {

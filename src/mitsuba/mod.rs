@@ -50,7 +50,7 @@ pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene, LoadE
 ///
 /// If a file is missing or malformed, or asks for a feature that is not modelled.
 pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneParts, LoadError> {
-    parts(path, parameters, Unknown::Refused, &[])
+    parts(path, parameters, Unknown::Refused, &[]).map(|(parts, _)| parts)
 }
 
 /// As [`load`], but parameters that a plugin does not know become [warnings](Scene::warnings), as files for
@@ -60,12 +60,14 @@ pub fn load_parts(path: &Path, parameters: &[(String, String)]) -> Result<SceneP
 ///
 /// As [`load`].
 pub fn load_leniently(path: &Path, parameters: &[(String, String)]) -> Result<Scene, LoadError> {
-    Ok(Scene::new(parts(path, parameters, Unknown::LeftOut, &[])?)?)
+    let (parts, _) = parts(path, parameters, Unknown::LeftOut, &[])?;
+    Ok(Scene::new(parts)?)
 }
 
 /// As [`load`], or as [`load_leniently`], with files in memory: contents by path, which win over the disk.
 ///
-/// The scene has the content hash of the same files on the disk.
+/// The scene has the content hash of the same files on the disk. Beside it are the paths of all files read,
+/// those in memory among them.
 ///
 /// # Errors
 ///
@@ -75,13 +77,14 @@ pub fn load_held(
     parameters: &[(String, String)],
     held: &[(PathBuf, Vec<u8>)],
     is_lenient: bool,
-) -> Result<Scene, LoadError> {
+) -> Result<(Scene, Vec<PathBuf>), LoadError> {
     let unknown = if is_lenient {
         Unknown::LeftOut
     } else {
         Unknown::Refused
     };
-    Ok(Scene::new(parts(path, parameters, unknown, held)?)?)
+    let (parts, paths) = parts(path, parameters, unknown, held)?;
+    Ok((Scene::new(parts)?, paths))
 }
 
 /// What becomes of parameters that a plugin does not know.
@@ -96,7 +99,7 @@ fn parts(
     parameters: &[(String, String)],
     unknown: Unknown,
     held: &[(PathBuf, Vec<u8>)],
-) -> Result<SceneParts, LoadError> {
+) -> Result<(SceneParts, Vec<PathBuf>), LoadError> {
     let mut files = Files::new(parameters);
     for (path, contents) in held {
         files.hold(path.clone(), contents);
@@ -105,7 +108,7 @@ fn parts(
     parts.shapes = Meaning::build_shapes(forms, &parts.objects)?;
     path.clone_into(&mut parts.path);
     parts.content_hash = files.content_hash();
-    Ok(parts)
+    Ok((parts, files.paths()))
 }
 
 /// Runs both steps; mesh files are not yet parsed.

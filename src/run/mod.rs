@@ -31,6 +31,10 @@ pub mod progress;
 pub mod rendering;
 pub mod texels;
 
+/// A hash of the source from which this program is built: another source may compute other numbers. The same
+/// source has the same hash in every program that contains it.
+pub const SOURCE_HASH: &str = env!("NEPHROID_SOURCE_HASH");
+
 pub use budget::Budget;
 pub use combine::CombineError;
 pub use context::Context;

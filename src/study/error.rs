@@ -27,6 +27,9 @@ pub enum StudyError {
     /// The sensor is gone.
     #[error("the scene has no sensor \"{0}\"")]
     NoSensor(String),
+    /// A run is not of the study.
+    #[error("the study has no such run: is this the same version of nephroid everywhere?")]
+    NoUnit,
     /// A method cannot work on the scene.
     #[error("{run}: {cause}")]
     Method {

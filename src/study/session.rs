@@ -91,11 +91,8 @@ impl Session {
         context: &Context,
     ) -> Result<Option<Obtained>, StudyError> {
         let repeats = self.plan.repeats as usize;
-        let kept = self.store.find(&self.scene, sensor, run);
-        let was_kept = kept
-            .as_ref()
-            .is_some_and(|it| it.time.seconds.len() >= repeats);
-        let mut stored = kept;
+        let mut stored = self.store.find(&self.scene, sensor, run);
+        let was_kept = stored.as_ref().is_some_and(|it| self.is_timed(it));
         while stored
             .as_ref()
             .is_none_or(|it| it.time.seconds.len() < repeats)
@@ -117,6 +114,17 @@ impl Session {
             stored = Some(self.keep(sensor, run, stored, product, seconds)?);
         }
         Ok(stored.map(|stored| Obtained { stored, was_kept }))
+    }
+
+    /// True if nothing of a run is to be computed.
+    pub fn is_kept(&self, sensor: &Sensor, run: &StudyRun) -> bool {
+        let kept = self.store.find(&self.scene, sensor, run);
+        kept.is_some_and(|it| self.is_timed(&it))
+    }
+
+    /// True if a run has been made as often as its seconds are to be repeated.
+    fn is_timed(&self, stored: &StoredRun) -> bool {
+        stored.time.seconds.len() >= self.plan.repeats as usize
     }
 
     /// The error of an approximation, stage by stage, against the film of a truth: from the store, or by

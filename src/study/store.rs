@@ -16,7 +16,7 @@ use super::machine::Machine;
 use super::plan::StudyRun;
 use crate::film::atomic::{self, WriteError};
 use crate::film::exr::{self, ExrWriteError};
-use crate::run::texels;
+use crate::run::{SOURCE_HASH, texels};
 use crate::scene::{Scene, Sensor};
 
 /// A folder of runs.
@@ -24,10 +24,6 @@ use crate::scene::{Scene, Sensor};
 pub struct Store {
     folder: PathBuf,
 }
-
-/// A hash of the source from which this program is built: another source may compute other films. The same
-/// source has the same hash in every program that contains it.
-const SOURCE_HASH: &str = env!("NEPHROID_SOURCE_HASH");
 
 /// A run in the store's files.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,6 +122,11 @@ impl Store {
     /// A hash of the program's source.
     pub fn program(&self) -> &'static str {
         SOURCE_HASH
+    }
+
+    /// The text by which a run is found again.
+    pub fn key(&self, scene: &Scene, sensor: &Sensor, run: &StudyRun) -> String {
+        key(SOURCE_HASH, scene, sensor, run)
     }
 
     /// A run that is whole and unchanged since it was kept; anything else does not count.

@@ -6,8 +6,9 @@ use std::process::Command;
 use nephroid::internals::film::{Image, exr};
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::photons::gather::{Gathered, Next, Wanted};
 use nephroid::internals::reference::photons::run::Setup;
-use nephroid::internals::reference::photons::shard::Part;
+use nephroid::internals::reference::photons::shard::{Part, Round};
 use nephroid::internals::reference::photons::{PhotonSettings, Shard, run};
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::Estimate;
@@ -180,6 +181,145 @@ fn shards_of_different_runs_do_not_merge() {
     }
 }
 
+/// The estimate of a run whose rounds are traced in parts, the last part first; and the rounds that it had.
+fn gathered(setup: &Setup, sensor: &str, budget: &Budget, count: u32) -> (Estimate, Vec<Round>) {
+    let mut gathered = Gathered::default();
+    let (mut rounds, mut keys) = (Vec::new(), Vec::new());
+    loop {
+        match setup.next(sensor, budget, &gathered).unwrap() {
+            Next::Done(estimate) => return (*estimate, rounds),
+            Next::Round(wanted) => {
+                assert!(!keys.contains(&wanted.key), "{wanted:?}");
+                for index in (0..count).rev() {
+                    let shard = Shard { index, count };
+                    let part = setup.run_part(sensor, wanted.round, shard);
+                    let mut bytes = Vec::new();
+                    part.unwrap().unwrap().write_to(&mut bytes).unwrap();
+                    let part = Part::read_from(&bytes[..]).unwrap();
+                    gathered.add(&wanted, shard, part).unwrap();
+                }
+                rounds.push(wanted.round);
+                keys.push(wanted.key);
+            }
+        }
+    }
+}
+
+#[test]
+fn rounds_in_parts_have_the_bits_of_the_whole_run() {
+    for (name, budget, expected) in [
+        ("glass-ball.xml", Budget::error(0.02), 2..8),
+        ("cornell-glass.xml", Budget::error(0.05), 2..8),
+        ("glass-ball.xml", photons(20_000), 1..2),
+        // The error is reached by neither of its rounds, the second of which is cut short.
+        (
+            "glass-ball.xml",
+            Budget {
+                relative_error: Some(1e-6),
+                ..photons(5 * (4096 + 5000))
+            },
+            2..3,
+        ),
+    ] {
+        let scene = load(name);
+        let sensor = &meter(&scene).id;
+        let progress = Progress::default();
+        let settings = settings(StreamKind::Sobol);
+        let setup = Setup::new(&scene, meter(&scene), settings, &progress).unwrap();
+        let whole = setup.run(&budget).unwrap();
+        for count in [1, 3, 40] {
+            let (parts, rounds) = gathered(&setup, sensor, &budget, count);
+            assert!(bits(&whole) == bits(&parts), "{name} in {count} parts");
+            assert_eq!(whole.incomplete, parts.incomplete);
+            assert!(expected.contains(&rounds.len()), "{name}: {rounds:?}");
+        }
+    }
+}
+
+#[test]
+fn parts_that_are_doubled_missing_or_of_another_run_are_not_gathered() {
+    let scene = load("glass-ball.xml");
+    let sensor = &meter(&scene).id;
+    let progress = Progress::default();
+    let of_seed = |seed: u64| {
+        let settings = PhotonSettings {
+            seed,
+            ..settings(StreamKind::Sobol)
+        };
+        Setup::new(&scene, meter(&scene), settings, &progress).unwrap()
+    };
+    let (setup, other) = (of_seed(11), of_seed(12));
+    let budget = photons(1_000);
+    let empty = Gathered::default();
+    let of_round = |setup: &Setup, budget: &Budget| -> Wanted {
+        match setup.next(sensor, budget, &empty) {
+            Ok(Next::Round(wanted)) => wanted,
+            other => panic!("{other:?}"),
+        }
+    };
+    let wanted = of_round(&setup, &budget);
+    let round = wanted.round;
+    assert_ne!(wanted.key, of_round(&other, &budget).key);
+    assert_ne!(wanted.key, of_round(&setup, &photons(2_000)).key);
+    let part = |setup: &Setup, round, index, count| {
+        let shard = Shard { index, count };
+        setup.run_part(sensor, round, shard).unwrap().unwrap()
+    };
+    let [first, second] = [0, 1].map(|index| Shard { index, count: 2 });
+    let mut gathered = Gathered::default();
+    // Nor are they the first of their round.
+    let longer = Round {
+        photons_each: 2 * round.photons_each,
+        ..round
+    };
+    for (wrong, reason) in [
+        (part(&setup, round, 0, 2), "the shard is 2 here and 1 there"),
+        (part(&setup, round, 1, 3), "the number of shards"),
+        (part(&other, round, 1, 2), "the list of settings"),
+        (part(&setup, longer, 1, 2), "the number of photons"),
+    ] {
+        let error = gathered
+            .add(&wanted, second, wrong)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(reason), "{error}");
+    }
+    gathered
+        .add(&wanted, second, part(&setup, round, 1, 2))
+        .unwrap();
+    let missing = setup.next(sensor, &budget, &gathered).unwrap_err();
+    assert!(missing.to_string().contains("given were [2]"), "{missing}");
+    for (shard, wrong, reason) in [
+        (second, part(&setup, round, 1, 2), "needs each of them once"),
+        (
+            Shard { index: 0, count: 3 },
+            part(&setup, round, 0, 3),
+            "the number of shards is 2 here and 3 there",
+        ),
+        (first, part(&other, round, 0, 2), "the list of settings"),
+    ] {
+        let error = gathered.add(&wanted, shard, wrong).unwrap_err().to_string();
+        assert!(error.contains(reason), "{error}");
+    }
+    // What was refused is not in it.
+    gathered
+        .add(&wanted, first, part(&setup, round, 0, 2))
+        .unwrap();
+    let Ok(Next::Done(estimate)) = setup.next(sensor, &budget, &gathered) else {
+        panic!("not done");
+    };
+    assert!(bits(&estimate) == bits(&setup.run(&budget).unwrap()));
+    // Of a run that means another round the rest is refused, too.
+    let error = setup.next(sensor, &photons(2_000), &gathered).unwrap_err();
+    assert!(error.to_string().contains("photons"), "{error}");
+    let timed = Budget {
+        time: Some(std::time::Duration::from_secs(1)),
+        ..budget
+    };
+    let error = setup.next(sensor, &timed, &empty).unwrap_err();
+    assert!(error.to_string().contains("not time"), "{error}");
+}
+
 #[test]
 fn a_damaged_shard_is_refused_and_never_a_panic() {
     let scene = load("glass-ball.xml");
@@ -195,12 +335,27 @@ fn a_damaged_shard_is_refused_and_never_a_panic() {
     for length in [0, 1, 16, 17, 100, 1_000, bytes.len() / 2, bytes.len() - 1] {
         assert!(Part::read_from(&bytes[..length]).is_err(), "{length}");
     }
-    for place in (0..bytes.len()).step_by(bytes.len() / 64) {
+    // A digit of a number in the header still spells a header.
+    let [first, second] = line_ends(&bytes);
+    let digits = (first..second).filter(|&place| bytes[place].is_ascii_digit());
+    let somewhere = (0..bytes.len()).step_by(bytes.len() / 64);
+    let places: Vec<usize> = digits.chain(somewhere).collect();
+    assert!(places.len() > 200, "{}", places.len());
+    for place in places {
         let mut damaged = bytes.clone();
-        damaged[place] ^= 0x10;
-        // Damage in the header's text may still spell a header; in the sums, checksums tell.
-        let _ = Part::read_from(&damaged[..]);
+        damaged[place] ^= 1;
+        assert!(Part::read_from(&damaged[..]).is_err(), "{place}");
     }
+    assert!(Part::read_from(&[&bytes[..], b"\n"].concat()[..]).is_err());
+    let old = [b"nephroid shard 2", &bytes[first..]].concat();
+    let error = Part::read_from(&old[..]).unwrap_err().to_string();
+    assert!(error.contains("make it again"), "{error}");
+}
+
+/// The places at which the first two lines end.
+fn line_ends(bytes: &[u8]) -> [usize; 2] {
+    let mut ends = (0..bytes.len()).filter(|&at| bytes[at] == b'\n');
+    [ends.next().unwrap(), ends.next().unwrap()]
 }
 
 /// Whoever merges sums takes them at their header's word: numbers that contradict them are refused.
@@ -214,10 +369,7 @@ fn a_shard_whose_header_contradicts_its_sums_is_refused() {
     let part = setup.run_shard(&sensor.id, &photons(500), shard).unwrap();
     let mut bytes = Vec::new();
     part.unwrap().write_to(&mut bytes).unwrap();
-    let ends: Vec<usize> = (0..bytes.len())
-        .filter(|&at| bytes[at] == b'\n')
-        .take(2)
-        .collect();
+    let ends = line_ends(&bytes);
     let header = std::str::from_utf8(&bytes[ends[0] + 1..ends[1]]).unwrap();
     let replicates = settings(StreamKind::Sobol).replicates;
     for (old, new, says) in [
@@ -246,7 +398,9 @@ fn a_shard_whose_header_contradicts_its_sums_is_refused() {
     ] {
         assert!(header.contains(&old), "{old} in {header}");
         let header = header.replacen(&old, new, 1);
-        let changed = [&bytes[..=ends[0]], header.as_bytes(), &bytes[ends[1]..]].concat();
+        let rest = &bytes[ends[1]..bytes.len() - 32];
+        let mut changed = [&bytes[..=ends[0]], header.as_bytes(), rest].concat();
+        changed.extend(blake3::hash(&changed).as_bytes());
         let error = Part::read_from(&changed[..]).unwrap_err().to_string();
         assert!(error.contains(says), "{new}: {error}");
     }

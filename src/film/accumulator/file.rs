@@ -1,6 +1,6 @@
 //! Accumulators as bytes, in which the shards of a run pass on their sums.
 
-use std::io::{BufRead, Read as _, Write};
+use std::io::{BufRead, BufWriter, IntoInnerError, Read as _, Write};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use flate2::Compression;
@@ -14,6 +14,9 @@ use crate::numeric::wide::Wide;
 
 /// The first bytes of a written accumulator, version included.
 const MAGIC: [u8; 8] = *b"nphACC\x00\x01";
+
+/// Bytes that are deflated at once.
+const BLOCK: usize = 1 << 16;
 
 /// The start of a written accumulator after its magic bytes, little-endian.
 struct AccumulatorHeader {
@@ -78,7 +81,9 @@ impl Accumulator {
             replicates: self.replicates,
         };
         writer.write_all(&MAGIC)?;
-        let mut encoder = GzEncoder::new(writer, Compression::fast());
+        // In blocks: the encoder clears all of its buffer at each call.
+        let encoder = GzEncoder::new(writer, Compression::fast());
+        let mut encoder = BufWriter::with_capacity(BLOCK, encoder);
         encoder.write_all(&header.to_bytes())?;
         for sum in &self.sums {
             encoder.write_all(&sum.to_le_bytes())?;
@@ -89,6 +94,7 @@ impl Accumulator {
         for count in self.counts.iter().flatten() {
             encoder.write_all(&count.load(Ordering::Relaxed).to_le_bytes())?;
         }
+        let encoder = encoder.into_inner().map_err(IntoInnerError::into_error)?;
         encoder.finish()?.flush()?;
         Ok(())
     }

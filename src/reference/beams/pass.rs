@@ -365,7 +365,7 @@ mod tests {
             text.replace_range(begin..end, lamp);
         }
         let held = [(path.clone(), text.into_bytes())];
-        let scene = crate::mitsuba::load_held(&path, &size, &held, false).unwrap();
+        let (scene, _) = crate::mitsuba::load_held(&path, &size, &held, false).unwrap();
         let shading_normals = ShadingNormals::default();
         let sensor = &scene.sensors()[0];
         let target = Target::new(&scene, sensor, shading_normals, Camera::new).unwrap();

@@ -10,10 +10,13 @@
 //! One file a step: [`mod@run`] spends the budget in rounds, [`replicate`] traces one
 //! randomisation, [`layers`] gives path signatures their layers, [`sums`] keeps exact sums of
 //! a round, [`weights`] the largest contributions, [`finish`] turns them into an
-//! [`Estimate`](crate::run::Estimate), and [`shard`] carries them from machine to machine.
+//! [`Estimate`](crate::run::Estimate), [`shard`] carries them from machine to machine, and
+//! [`gather`] puts them together as they come.
 
 pub mod bounds;
 pub mod finish;
+pub mod gather;
+mod hashed;
 pub mod layers;
 pub mod replicate;
 pub mod run;

@@ -112,16 +112,22 @@ impl<'a> Setup<'a> {
     pub fn run(&self, budget: &Budget) -> Result<Estimate, Error> {
         let start = Instant::now();
         let direct = self.direct(budget.deadline(start));
+        let (schedule, mut run) = self.begun(budget, start);
+        let incomplete = schedule.spend(&mut run)?;
+        Ok(run.estimate(direct.as_ref(), incomplete))
+    }
+
+    /// A run that begins, and the schedule by which it spends its budget.
+    pub(super) fn begun<'b>(
+        &'b self,
+        budget: &'b Budget,
+        start: Instant,
+    ) -> (Schedule<'b>, Run<'b, 'a>) {
         let (replicates, most) = self.division(budget.work.unwrap_or(if budget.is_work_only() {
             DEFAULT_PHOTONS
         } else {
             u64::MAX
         }));
-        let mut run = Run {
-            setup: self,
-            replicates,
-            rounds: self.rounds(),
-        };
         let schedule = Schedule {
             budget,
             progress: self.progress,
@@ -131,15 +137,12 @@ impl<'a> Setup<'a> {
             hopeless: DEFAULT_PHOTONS.div_ceil(u64::from(replicates)),
             is_in_one: true,
         };
-        let incomplete = schedule.spend(&mut run)?;
-        // A budget too small for a single replicate leaves no estimate at all.
-        let is_nothing = run.rounds.paths() == 0 && !self.light.is_empty();
-        Ok(run.rounds.estimate(
-            &self.target,
-            &self.map,
-            direct.as_ref(),
-            incomplete || is_nothing,
-        ))
+        let run = Run {
+            setup: self,
+            replicates,
+            rounds: self.rounds(),
+        };
+        (schedule, run)
     }
 
     /// The state before any round.
@@ -214,10 +217,31 @@ impl<'a> Setup<'a> {
 }
 
 /// A run under way: its rounds so far.
-struct Run<'a, 's> {
-    setup: &'a Setup<'s>,
-    replicates: u32,
+pub(super) struct Run<'a, 's> {
+    pub(super) setup: &'a Setup<'s>,
+    pub(super) replicates: u32,
     rounds: Rounds,
+}
+
+impl Run<'_, '_> {
+    /// Adds a round. True if it has all replicates.
+    pub(super) fn add(&mut self, sums: &RoundSums) -> bool {
+        // One replicate says nothing of its own error: beside earlier rounds it is no use.
+        if sums.replicates() > 1 || self.rounds.paths() == 0 {
+            self.rounds.add(sums, &self.setup.map);
+        }
+        sums.replicates() == self.replicates
+    }
+
+    /// The estimate of all rounds.
+    pub(super) fn estimate(self, direct: Option<&Direct>, incomplete: bool) -> Estimate {
+        let setup = self.setup;
+        // A budget too small for a single replicate leaves no estimate at all.
+        let is_nothing = self.rounds.paths() == 0 && !setup.light.is_empty();
+        let incomplete = incomplete || is_nothing;
+        self.rounds
+            .estimate(&setup.target, &setup.map, direct, incomplete)
+    }
 }
 
 impl rounds::Rounds for Run<'_, '_> {
@@ -225,11 +249,7 @@ impl rounds::Rounds for Run<'_, '_> {
         let setup = self.setup;
         setup.expect(self.rounds.paths() + each * u64::from(self.replicates));
         let sums = setup.round(number, each, self.replicates, Shard::WHOLE, deadline)?;
-        // One replicate says nothing of its own error: beside earlier rounds it is no use.
-        if sums.replicates() > 1 || self.rounds.paths() == 0 {
-            self.rounds.add(&sums, &setup.map);
-        }
-        Ok(sums.replicates() == self.replicates)
+        Ok(self.add(&sums))
     }
 
     fn done(&self) -> u64 {

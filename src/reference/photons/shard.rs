@@ -3,12 +3,14 @@
 //! A shard traces every n-th replicate. Its file holds the integer sums, so merging the shards of a run gives
 //! the very bits of the run in one piece.
 //!
-//! A file has the line `nephroid shard 2`, one line of JSON (`Header`), then the accumulators.
+//! A file has the line `nephroid shard 3`, one line of JSON (`Header`), then the accumulators, and the BLAKE3
+//! hash of all that.
 
 use std::io::{self, BufRead, Read, Write};
 
 use serde::{Deserialize, Serialize};
 
+use super::hashed::Hashed;
 use super::run::Setup;
 use super::settings::{DEFAULT_PHOTONS, Shard};
 use super::sums::{LedgerSums, RoundSums};
@@ -16,10 +18,13 @@ use super::weights::Weights;
 use crate::film::{Accumulator, AccumulatorError};
 use crate::geometry::TraversalCounters;
 use crate::reference::Target;
-use crate::run::{Budget, Error, Estimate, Refusal};
+use crate::run::{Budget, Error, Estimate, Refusal, SOURCE_HASH};
 
 /// The first line of a shard file, version included.
-const MAGIC: &str = "nephroid shard 2";
+const MAGIC: &str = "nephroid shard 3";
+
+/// The first line of shards of any version, up to its number.
+const ANY_MAGIC: &str = "nephroid shard ";
 
 /// Longest header line that is read, in bytes. A thousand layers need a tenth of it.
 const MAX_HEADER: u64 = 1 << 22;
@@ -38,7 +43,7 @@ struct Header {
 
 /// Everything that must be the same in all shards of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct RunIdentity {
+pub(super) struct RunIdentity {
     version: String,
     scene: String,
     sensor: String,
@@ -47,14 +52,28 @@ struct RunIdentity {
     layers: Vec<String>,
     replicates: u32,
     photons_each: u64,
+    /// The round, of a run that has several.
+    #[serde(default)]
+    round: u64,
+}
+
+/// A round of a run: all replicates, each with as many photons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// Its number, from 0.
+    pub number: u64,
+    /// Number of replicates.
+    pub replicates: u32,
+    /// Photons of each of them.
+    pub photons_each: u64,
 }
 
 /// One shard's sums.
 #[derive(Debug)]
 pub struct Part {
-    run: RunIdentity,
-    shard: Shard,
-    sums: RoundSums,
+    pub(super) run: RunIdentity,
+    pub(super) shard: Shard,
+    pub(super) sums: RoundSums,
 }
 
 /// Reason why shards cannot be read or merged.
@@ -89,8 +108,32 @@ pub enum ShardError {
     },
 }
 
+impl RunIdentity {
+    /// The round that it is of.
+    pub(super) fn round(&self) -> Round {
+        Round {
+            number: self.round,
+            replicates: self.replicates,
+            photons_each: self.photons_each,
+        }
+    }
+
+    /// A hash of it and of the program's source: parts of the same key have the same sums.
+    pub(super) fn key(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(SOURCE_HASH.as_bytes());
+        hasher.update(format!("{self:?}").as_bytes());
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
 impl Setup<'_> {
-    fn identity(&self, sensor: &str, replicates: u32, photons_each: u64) -> RunIdentity {
+    pub(super) fn identity(&self, sensor: &str, round: Round) -> RunIdentity {
+        let Round {
+            number,
+            replicates,
+            photons_each,
+        } = round;
         RunIdentity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: self.scene.content_hash().to_owned(),
@@ -105,6 +148,7 @@ impl Setup<'_> {
                 .collect(),
             replicates,
             photons_each,
+            round: number,
         }
     }
 
@@ -134,14 +178,36 @@ impl Setup<'_> {
     ) -> Result<Option<Part>, Error> {
         check_budget(budget)?;
         let photons = budget.work.unwrap_or(DEFAULT_PHOTONS);
-        let (replicates, each) = self.division(photons);
-        let mine = (0..replicates)
-            .filter(|replicate| shard.holds(*replicate))
-            .count();
-        self.expect(each * mine as u64);
-        let sums = self.round(0, each, replicates, shard, None)?;
-        Ok((sums.replicates() as usize == mine).then(|| Part {
-            run: self.identity(sensor, replicates, each),
+        let (replicates, photons_each) = self.division(photons);
+        let round = Round {
+            number: 0,
+            replicates,
+            photons_each,
+        };
+        self.run_part(sensor, round, shard)
+    }
+
+    /// Traces the shard's replicates of a round. `None` if it was stopped before its end.
+    ///
+    /// # Errors
+    ///
+    /// If contributions are not representable.
+    pub fn run_part(
+        &self,
+        sensor: &str,
+        round: Round,
+        shard: Shard,
+    ) -> Result<Option<Part>, Error> {
+        let Round {
+            number,
+            replicates,
+            photons_each,
+        } = round;
+        let mine = shard.replicates(replicates);
+        self.expect(photons_each.saturating_mul(mine.into()));
+        let sums = self.round(number, photons_each, replicates, shard, None)?;
+        Ok((sums.replicates() == mine).then(|| Part {
+            run: self.identity(sensor, round),
             shard,
             sums,
         }))
@@ -162,7 +228,14 @@ impl Setup<'_> {
         let mut rounds = self.rounds();
         let mut parts = parts.into_iter();
         if let Some(first) = parts.next() {
-            let here = self.identity(sensor, first.run.replicates, first.run.photons_each);
+            let number = 0;
+            let here = self.identity(
+                sensor,
+                Round {
+                    number,
+                    ..first.run.round()
+                },
+            );
             compare(&here, &first.run)?;
             let mut sums = first.sums;
             for part in parts {
@@ -197,7 +270,7 @@ pub fn check_budget(budget: &Budget) -> Result<(), Refusal> {
 }
 
 /// Names the field in which two runs differ.
-fn compare(left: &RunIdentity, right: &RunIdentity) -> Result<(), ShardError> {
+pub(super) fn compare(left: &RunIdentity, right: &RunIdentity) -> Result<(), ShardError> {
     let fields = [
         ("the version", &left.version, &right.version),
         ("the hash of the scene", &left.scene, &right.scene),
@@ -217,7 +290,7 @@ fn compare(left: &RunIdentity, right: &RunIdentity) -> Result<(), ShardError> {
         return Ok(());
     }
     Err(ShardError::OtherRun {
-        field: "the number of photons, replicates, texels or layers",
+        field: "the round, or the number of photons, replicates, texels or layers",
         left: format!("{left:?}"),
         right: format!("{right:?}"),
     })
@@ -289,13 +362,27 @@ fn check_sums(
     Ok(())
 }
 
+/// Refuses a file whose contents have not the hash at its end, or that goes on.
+fn check_end(reader: Hashed<impl BufRead>) -> Result<(), ShardError> {
+    let (mut reader, hash) = reader.into_parts();
+    let mut said = [0; blake3::OUT_LEN];
+    reader.read_exact(&mut said)?;
+    // All of the file is hashed: the header says nothing of its own damage.
+    if hash != said || !reader.fill_buf()?.is_empty() {
+        let message = "its contents have not the hash at its end: it is damaged";
+        return Err(ShardError::Malformed(message.to_owned()));
+    }
+    Ok(())
+}
+
 impl Part {
     /// Writes the shard.
     ///
     /// # Errors
     ///
     /// As the writer's.
-    pub fn write_to(&self, mut writer: impl Write) -> Result<(), ShardError> {
+    pub fn write_to(&self, writer: impl Write) -> Result<(), ShardError> {
+        let mut writer = Hashed::new(writer);
         let header = Header {
             run: self.run.clone(),
             shard: self.shard,
@@ -310,7 +397,8 @@ impl Part {
         for layer in &self.sums.layers {
             layer.write_to(&mut writer)?;
         }
-        Ok(())
+        let (mut writer, hash) = writer.into_parts();
+        Ok(writer.write_all(hash.as_bytes())?)
     }
 
     /// Reads a shard.
@@ -318,7 +406,8 @@ impl Part {
     /// # Errors
     ///
     /// If the file is no shard, is damaged, or cannot be read.
-    pub fn read_from(mut reader: impl BufRead) -> Result<Self, ShardError> {
+    pub fn read_from(reader: impl BufRead) -> Result<Self, ShardError> {
+        let mut reader = Hashed::new(reader);
         let mut lines = reader.by_ref().take(MAX_HEADER);
         let mut line = String::new();
         let mut next = || -> Result<String, ShardError> {
@@ -333,9 +422,12 @@ impl Part {
         };
         let magic = next()?;
         if magic != MAGIC {
-            return Err(ShardError::Malformed(format!(
-                "its first line is not \"{MAGIC}\""
-            )));
+            return Err(ShardError::Malformed(match magic.strip_prefix(ANY_MAGIC) {
+                Some(_) => {
+                    format!("it is a \"{magic}\", and this version has \"{MAGIC}\": make it again")
+                }
+                None => format!("its first line is not \"{MAGIC}\""),
+            }));
         }
         let header: Header = serde_json::from_str(&next()?)
             .map_err(|error| ShardError::Malformed(error.to_string()))?;
@@ -343,6 +435,7 @@ impl Part {
         let layers: Vec<Accumulator> = (0..=header.run.layers.len())
             .map(|_| Accumulator::read_from(&mut reader))
             .collect::<Result<_, _>>()?;
+        check_end(reader)?;
         // Flux ends once, in 2⁶³ quanta a replicate at most, and there are up to 2³² replicates: an honest
         // sum stays below 2⁹⁵. Sums of 2²⁷ shards below 2¹⁰⁰ do not overflow.
         let possible = |number: &i128| number.unsigned_abs() < 1 << 100;

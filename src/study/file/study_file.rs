@@ -88,11 +88,19 @@ impl StudyFile {
     ///
     /// If it is missing, longer than a MiB, no TOML, or has a key or a value that it cannot have.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let contents = contents(path).map_err(|cause| FileError::Read {
+        Self::parse(path, &Self::text(path)?)
+    }
+
+    /// The contents of a study's file, unread.
+    ///
+    /// # Errors
+    ///
+    /// If it is missing, longer than a MiB or no text.
+    pub fn text(path: &Path) -> Result<String, FileError> {
+        contents(path).map_err(|cause| FileError::Read {
             path: path.to_owned(),
             cause,
-        })?;
-        Self::parse(path, &contents)
+        })
     }
 
     /// Reads the contents of a study's file. The path is for messages, and relative paths start at its

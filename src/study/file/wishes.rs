@@ -30,15 +30,18 @@ impl StudyFile {
     ///
     /// As [`StudyFile::read`].
     pub fn wanted(path: &Path, wishes: &StudyWishes) -> Result<Self, FileError> {
-        let is_toml = path
-            .extension()
-            .is_some_and(|extension| extension == "toml");
-        let file = if is_toml {
+        let file = if Self::is_study(path) {
             Self::read(path)?
         } else {
             Self::of_scene(path)
         };
         Ok(file.with(wishes))
+    }
+
+    /// True of a study's file, by its name; others are scenes.
+    pub fn is_study(path: &Path) -> bool {
+        path.extension()
+            .is_some_and(|extension| extension == "toml")
     }
 
     /// The same study with some wishes.

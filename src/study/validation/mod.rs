@@ -4,13 +4,17 @@
 //! |---|---|
 //! | `mod.rs` | one study, or one after the other for its poses |
 //! | `runs.rs` | the runs of one study, one after the other |
+//! | `poses.rs` | studies of poses, and the folders of studies |
+//! | `units.rs` | runs that are made by themselves, on any machine |
 //! | `candidates.rs` | images rendered elsewhere, checked and copied |
 //! | `news.rs` | what a study tells of its course |
 //! | `validated.rs` | what came of a study |
 
 mod candidates;
 mod news;
+mod poses;
 mod runs;
+mod units;
 mod validated;
 
 use std::path::Path;
@@ -20,13 +24,14 @@ use super::StudyError;
 use super::file::StudyFile;
 use super::report::{Pose, PosesReport};
 use super::session::Session;
-use super::store::Store;
-use crate::film::atomic;
 use crate::reference::photons::Shard;
 use crate::run::Context;
 use crate::scene::Scene;
 pub use news::{Done, Left, News, Task, Watcher};
+pub use poses::{of_poses, pose_folder};
+use poses::{store, without_candidates};
 use runs::{Course, Deal};
+pub use units::{Unit, units, validate_unit};
 pub use validated::{Report, Validated};
 
 impl<W: Watcher> Course<'_, W> {
@@ -50,16 +55,6 @@ impl<W: Watcher> Course<'_, W> {
 /// If the study cannot be planned, or the folder not be written to.
 pub fn open(file: &StudyFile, folder: &Path) -> Result<Session, StudyError> {
     Session::new(file, store(folder)?)
-}
-
-/// The films in a study's folder, which is made if it is missing.
-fn store(folder: &Path) -> Result<Store, StudyError> {
-    std::fs::create_dir_all(folder).map_err(|cause| StudyError::Folder {
-        folder: folder.to_owned(),
-        cause,
-    })?;
-    atomic::check(&folder.join("index.html"))?;
-    Ok(Store::open(&folder.join("runs"))?)
 }
 
 /// Makes those runs of a study that are dealt to a shard, and no report: [`validate`] writes it once all
@@ -93,19 +88,6 @@ pub fn validate_shard(
         }
     }
     Ok(is_complete)
-}
-
-/// Refuses candidates of a study with poses: an image is of one.
-fn without_candidates(file: &StudyFile) -> Result<(), StudyError> {
-    match file.candidates.first() {
-        Some(candidate) => Err(StudyError::CandidateOfPoses(candidate.name.clone())),
-        None => Ok(()),
-    }
-}
-
-/// The folder of a pose, whose number is from 1.
-pub fn pose_folder(number: usize) -> String {
-    format!("pose-{number:03}")
 }
 
 /// As [`validate`], of a scene that is read already: the study's parameters and poses, which are of files, do

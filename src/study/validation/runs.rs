@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::super::StudyError;
 use super::super::attribution::Attribution;
-use super::super::plan::{SensorPlan, StudyRun};
+use super::super::plan::{SensorPlan, StudyPlan, StudyRun};
 use super::super::report::{self, JudgedFilm, SensorFilms, StudyReport, Timings};
 use super::super::session::{Attributed, Obtained, Session};
 use super::super::store::StoredRun;
@@ -89,6 +89,16 @@ impl<'a, W: Watcher> Course<'a, W> {
         Ok((left == 0, Some((report, timings))))
     }
 
+    /// Makes one portion of a study, and no report. False if it was stopped, or its time was over.
+    ///
+    /// # Errors
+    ///
+    /// If a run cannot be made.
+    pub fn only(&mut self, session: &Session, portion: Portion) -> Result<bool, StudyError> {
+        let mut work = Work::new(session, self, portion.count());
+        Ok(work.portion(portion)? && work.left_out == 0)
+    }
+
     /// Makes the runs of a study that are dealt to a shard, and no report. False if it was stopped, or its
     /// time was over.
     ///
@@ -106,31 +116,16 @@ impl<'a, W: Watcher> Course<'a, W> {
         for sensor in &plan.sensors {
             candidates::copy(session, sensor)?;
         }
-        let mut dealt: Vec<(&SensorPlan, Option<&StudyRun>)> = Vec::new();
-        for sensor in &plan.sensors {
-            let runs = sensor.runs.iter().map(|run| (sensor, Some(run)));
-            dealt.extend([(sensor, None)].into_iter().chain(runs));
-        }
-        dealt.retain(|(_, run)| deal.is_mine(run.is_none()));
-        let count = dealt.iter().map(|(sensor, run)| match run {
-            Some(_) => 1,
-            None => 1 + sensor.attributed.len(),
-        });
-        let all = count.sum();
+        let mut dealt = portions(plan);
+        dealt.retain(|portion| deal.is_mine(portion.run.is_none()));
+        let all = dealt.iter().map(Portion::count).sum();
         let mut work = Work::new(session, self, all);
-        for (sensor, run) in dealt {
+        for portion in dealt {
             if work.is_time_over() {
                 work.left_out += 1;
                 continue;
             }
-            let goes_on = match run {
-                Some(run) => work.obtain(sensor, run, "")?.is_some(),
-                None => match work.obtain(sensor, &sensor.truth, "truth, ")? {
-                    Some(truth) => work.all_stages(sensor, &truth.stored)?.is_some(),
-                    None => false,
-                },
-            };
-            if !goes_on {
+            if !work.portion(portion)? {
                 let done = work.done;
                 self.watcher.hear(News::Stopped(done, all));
                 return Ok(false);
@@ -142,6 +137,36 @@ impl<'a, W: Watcher> Course<'a, W> {
         }
         Ok(left == 0)
     }
+}
+
+/// What is made by itself, on any machine: a run; or a truth and the attributions that need its film.
+#[derive(Clone, Copy)]
+pub struct Portion<'a> {
+    /// The plan of its sensor.
+    pub plan: &'a SensorPlan,
+    /// The run; `None` for the truth.
+    pub run: Option<&'a StudyRun>,
+}
+
+impl Portion<'_> {
+    /// Number of its runs.
+    pub fn count(&self) -> usize {
+        match self.run {
+            Some(_) => 1,
+            None => 1 + self.plan.attributed.len(),
+        }
+    }
+}
+
+/// All portions of a study.
+pub fn portions(plan: &StudyPlan) -> Vec<Portion<'_>> {
+    let mut all = Vec::new();
+    for plan in &plan.sensors {
+        let runs = plan.runs.iter().map(Some);
+        let of_sensor = [None].into_iter().chain(runs);
+        all.extend(of_sensor.map(|run| Portion { plan, run }));
+    }
+    all
 }
 
 /// Deals runs to shards, one after the other. A truth and the attributions that need its film are dealt as
@@ -205,6 +230,17 @@ impl<'a, 'b, 'c, W: Watcher> Work<'a, 'b, 'c, W> {
             done: 0,
             left_out: 0,
         }
+    }
+
+    /// Makes a portion. False if it was stopped.
+    fn portion(&mut self, Portion { plan, run }: Portion<'a>) -> Result<bool, StudyError> {
+        Ok(match run {
+            Some(run) => self.obtain(plan, run, "")?.is_some(),
+            None => match self.obtain(plan, &plan.truth, "truth, ")? {
+                Some(truth) => self.all_stages(plan, &truth.stored)?.is_some(),
+                None => false,
+            },
+        })
     }
 
     /// The attributions that need the film of a sensor's truth, as far as the study's time allows; `None`

@@ -1,0 +1,429 @@
+"""Runs and studies on many machines, by Dask: ``pip install "nephroid[dask]"``.
+
+>>> from dask.distributed import Client
+>>> import nephroid as ne, nephroid.dask
+>>> film = nephroid.dask.render(ne.load_file("scenes/glass-ball.xml"), error=0.01, client=Client("head:8786"))
+
+Dask sends tasks to workers, and sends them again if a worker is lost. This module cuts work into tasks, names what is kept
+of them by a hash of its contents, and puts results together: to the bits of the same work in one piece.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import queue
+import tempfile
+import time
+import uuid
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+try:
+    import distributed
+    from distributed.core import Status
+    from distributed.diagnostics.plugin import WorkerPlugin
+except ImportError as _missing:
+    raise ImportError('nephroid.dask needs dask.distributed: pip install "nephroid[dask]"') from _missing
+
+from . import _nephroid
+from ._errors import Error, SettingError
+from ._nephroid import Film, Scene, StudyProgress
+from ._study import Report, _asked, _read
+from ._text import checked_scene, wish
+
+__all__ = ["Progress", "render", "validate"]
+
+#: Photons that a task is worth: some seconds, of which setting it up is a small part.
+_TASK_PHOTONS = 1 << 22
+
+#: Seconds between two calls of a callback.
+_PERIOD = 0.1
+
+#: Seconds between two looks for workers that came or went.
+_LOOK = 1.0
+
+#: Tasks that a worker has at a time: one that it makes, and one that waits. What a lost worker had counts against a task,
+#: so no more wait there.
+_AHEAD = 2
+
+#: What each worker has one of, so that it makes one task at a time, on all of its threads.
+_RESOURCE = "nephroid"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run or a study is. Work counts once its task is done."""
+
+    #: Work done, in ``unit``; what was kept from before is done.
+    done: int
+    #: What ``done`` is expected to come to; of a run to an error, by the end of its round.
+    expected: int
+    #: ``photons``, or ``runs`` of a study.
+    unit: str
+    #: The relative error of the rounds that are done; None while unknown.
+    relative_error: float | None
+    #: Seconds since its start.
+    seconds: float
+
+
+Callback = Callable[[Progress], object]
+
+
+class _Stopped(Exception):
+    """The callback wants no more."""
+
+
+@dataclass(frozen=True)
+class _Task:
+    #: A hash of its contents; the call has the key that Dask knows it by.
+    name: str
+    #: What is called with a scene and further arguments.
+    function: Callable[..., Any]
+    scene: Scene
+    arguments: tuple[Any, ...]
+    #: Larger ones begin first.
+    priority: int = 0
+
+
+def render(
+    scene: Scene,
+    sensor: str | None = None,
+    method: str | None = None,
+    error: float | str | None = None,
+    photons: int | None = None,
+    seed: int | None = None,
+    progress: Callback | None = None,
+    *,
+    client: Any = None,
+    folder: str | os.PathLike[str] | None = None,
+    tasks: int | None = None,
+    filter: str | None = None,
+    **settings: object,
+) -> Film | None:
+    """Fills a sensor by photons on the workers of a Dask cluster.
+
+    The film has the bits of :func:`nephroid.render` with ``method="photons"`` and the same settings, on any number of
+    workers. It ends at a relative ``error`` or after so many ``photons``; the first rounds of a run to an error are one
+    task each.
+
+    ``client`` is a ``distributed.Client``, by default the current one. Workers need nephroid, and no files: the scene's
+    come along. One task at a time uses all threads of a worker.
+
+    ``folder`` keeps the sums of each task, so that the same call goes on from there after whatever ended it. ``tasks``
+    is how many a round has at most, by default one for each 2**22 photons; there is one replicate to a task at least.
+
+    ``progress`` is called about every 100 ms; if it returns False, tasks are stopped and the result is None. Ctrl-C stops
+    them, too.
+
+    Raises what :func:`nephroid.render` raises, and ``distributed.KilledWorker`` if a task has lost several workers.
+    """
+    if tasks is not None and tasks < 1:
+        raise SettingError(f'tasks is "{tasks}"; allowed are whole numbers > 0')
+    given = {"error": error, "photons": photons, "seed": seed, **settings}
+    asked = wish(sensor, method, given, None, filter)
+    gathering = _nephroid.Gathering(checked_scene(scene), asked)
+    kept = None if folder is None else Path(folder)
+    if kept is not None:
+        kept.mkdir(parents=True, exist_ok=True)
+    start = time.monotonic()
+    done = expected = 0
+
+    def tell() -> bool:
+        now = Progress(done, expected, "photons", gathering.relative_error, time.monotonic() - start)
+        return progress is None or progress(now) is not False
+
+    with _Call(client, tell) as call:
+        while not isinstance(found := gathering.next(), Film):
+            (_, replicates, each), key = found
+            count = min(replicates, tasks or max(1, replicates * each // _TASK_PHOTONS))
+            # Part i has every count-th replicate, from the i-th on.
+            work = {i: each * len(range(i, replicates + 1, count)) for i in range(1, count + 1)}
+            expected = done + replicates * each
+            names = {f"nephroid-part-{key[:32]}-{i}-of-{count}": i for i in work}
+            todo = []
+            for name, i in names.items():
+                if kept is not None and _is_added(gathering, kept / f"{name}.shard", i, count):
+                    done += work[i]
+                else:
+                    todo.append(_Task(name, _part, scene, (found[0], i, count, asked)))
+            try:
+                for task, part in call.results(todo):
+                    gathering.add(part, names[task.name], count)
+                    done += work[names[task.name]]
+                    if kept is not None:
+                        _write(kept / f"{task.name}.shard", part)
+            except _Stopped:
+                return None
+    tell()
+    return found
+
+
+def validate(
+    study: str | os.PathLike[str] | Scene | Mapping[str, object],
+    folder: str | os.PathLike[str] | None = None,
+    sensors: str | Sequence[str] | None = None,
+    candidates: Mapping[str, Any] | None = None,
+    max_error: Mapping[str, float | str] | None = None,
+    margin: float | None = None,
+    repeats: int | None = None,
+    progress: Callback | None = None,
+    *,
+    client: Any = None,
+    **params: object,
+) -> Report | None:
+    """Makes the runs of a study on the workers of a Dask cluster, and its report here.
+
+    It does what :func:`nephroid.validate` does, with the same figures. Each run is a task; a truth and the attributions
+    that need its film are one, and begin first. Films go into ``folder`` as they come, and are not made again. Workers need
+    nephroid, and no files. Seconds of runs on several machines have no order; counters do.
+
+    ``client`` and ``progress`` are as in :func:`render`. A study with a ``time`` is refused.
+    """
+    start = time.monotonic()
+    with _asked(study, folder, sensors, candidates, max_error, margin, repeats, None, None, params) as asked:
+        subject, place, given = asked
+        text, poses = _nephroid.units(subject, os.fspath(place), given)
+        expected = sum(len(units) for *_, units in poses)
+        done = sum(is_kept for *_, units in poses for *_, is_kept in units)
+
+        def tell(_: StudyProgress | None = None) -> bool:
+            now = Progress(done, expected, "runs", None, time.monotonic() - start)
+            return progress is None or progress(now) is not False
+
+        todo: dict[str, _Task] = {}
+        # The same run may be asked for twice, and a pose may be.
+        folders: dict[str, list[Path]] = {}
+        for _, runs, scene, units in poses:
+            for number, (key, _, is_truth, is_kept) in enumerate(units):
+                if not is_kept:
+                    # Truths take longest, and the last runs of a sweep.
+                    priority = number + expected * is_truth
+                    name = f"nephroid-run-{key[:32]}"
+                    todo[name] = _Task(name, _unit, scene, (key, {**given, "study": text}), priority)
+                    folders.setdefault(name, []).append(Path(runs))
+        try:
+            with _Call(client, tell) as call:
+                for task, files in call.results(todo.values()):
+                    for place_of_runs in dict.fromkeys(folders[task.name]):
+                        _keep(place_of_runs, files)
+                    done += len(folders[task.name])
+        except _Stopped:
+            return None
+        found = _nephroid.validate(subject, os.fspath(place), given, tell)
+    return None if found is None else _read(place, found)
+
+
+class _Call:
+    """What one call has on a cluster: scenes and tasks. Whatever ends the call, nothing of it stays there.
+
+    Each worker has a scene of its own, and tasks go where theirs is: else Dask would send all to the worker that has the
+    scene, and others would take few from a worker with many threads."""
+
+    def __init__(self, client: Any, tell: Callable[[], bool]) -> None:
+        self._client = client
+        self._tell = tell
+        self._is_checked = False
+        # Another call may have the same tasks: neither gets the other's errors, or ends what the other waits for.
+        self._suffix = uuid.uuid4().hex[:8]
+        #: Of each scene, by its hash: the one that was sent, and its copies on workers.
+        self._sent: dict[str, Any] = {}
+        self._copies: dict[tuple[str, str], Any] = {}
+        #: By task, the worker that it was meant for.
+        self._places: dict[str, str] = {}
+        self._futures: dict[str, Any] = {}
+        self._workers: list[str] = []
+        self._looked = -_LOOK
+
+    def __enter__(self) -> _Call:
+        return self
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        left = [*self._futures.values(), *self._copies.values(), *self._sent.values()]
+        if left and self._client.status == "running":
+            self._client.cancel(left)
+
+    def results(self, tasks: Iterable[_Task]) -> Iterator[tuple[_Task, Any]]:
+        """Results of tasks as they come."""
+        waiting = deque(sorted(tasks, key=lambda task: -task.priority))
+        if waiting and not self._is_checked:
+            self._client = _checked(self._client)
+            self._is_checked = True
+        told: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        under_way: dict[str, _Task] = {}
+        while waiting or under_way:
+            if not self._tell():
+                raise _Stopped
+            while waiting and (worker := self._free()) is not None:
+                future = self._submit(waiting[0], worker)
+                under_way[future.key] = waiting.popleft()
+                future.add_done_callback(lambda future: told.put(future.key))
+            try:
+                key = told.get(timeout=_PERIOD)
+            except queue.Empty:
+                continue
+            # If its worker is lost by now, it is made again meanwhile. One that failed is cancelled with the others.
+            result = self._futures[key].result()
+            del self._futures[key], self._places[key]
+            yield under_way.pop(key), result
+
+    def _free(self) -> str | None:
+        """The worker that has least to do, if it has not enough."""
+        if time.monotonic() - self._looked > _LOOK:
+            self._workers = list(self._client.nthreads())
+            self._looked = time.monotonic()
+        busy = list(self._places.values())
+        worker = min(self._workers, key=busy.count, default=None)
+        return None if worker is None or busy.count(worker) >= _AHEAD else worker
+
+    def _submit(self, task: _Task, worker: str) -> Any:
+        key = f"{task.name}-{self._suffix}"
+        self._futures[key] = self._client.submit(
+            task.function,
+            _nephroid.source_hash,
+            self._scene(task.scene, worker),
+            *task.arguments,
+            key=key,
+            priority=task.priority,
+            resources={_RESOURCE: 1},
+        )
+        self._places[key] = worker
+        return self._futures[key]
+
+    def _scene(self, scene: Scene, worker: str) -> Any:
+        """A scene on a worker: sent once from here, and from there to others."""
+        hashed = scene.content_hash
+        key = f"nephroid-scene-{hashed[:32]}-{self._suffix}"
+        if hashed not in self._sent:
+            arguments = (_nephroid.source_hash, hashed, scene._packed())
+            self._sent[hashed] = self._client.submit(_load, *arguments, key=key, resources={_RESOURCE: 1})
+        if (hashed, worker) not in self._copies:
+            # If the worker is lost, it is made elsewhere.
+            where = {"workers": [worker], "allow_other_workers": True}
+            copy = f"{key}-{len(self._copies)}"
+            self._copies[hashed, worker] = self._client.submit(_copy, self._sent[hashed], key=copy, **where)
+        return self._copies[hashed, worker]
+
+
+def _checked(client: Any) -> Any:
+    """A client whose workers make one task at a time."""
+    if client is None:
+        current: Callable[[], Any] = distributed.Client.current
+        try:
+            client = current()
+        except ValueError:
+            raise SettingError("there is no Dask cluster: give client=distributed.Client(...)") from None
+    if not isinstance(client, distributed.Client) or client.asynchronous:
+        raise TypeError(f"client is a {type(client).__name__}; a distributed.Client that is not asynchronous is needed")
+    # By value, as lambdas are: a task that a worker cannot read would wait for ever.
+    found = client.run(lambda: importlib.util.find_spec("nephroid") is not None, on_error="ignore")
+    if without := [address for address, is_there in found.items() if not is_there]:
+        raise Error(f"no nephroid is on {', '.join(without)}: install the same wheel everywhere")
+    client.register_plugin(_one_at_a_time(), name="nephroid")
+    return client
+
+
+def _one_at_a_time() -> WorkerPlugin:
+    """Gives each worker one of what a task takes, also those that come later.
+
+    It has a class of its own, and so is sent by value: it stays on the cluster, whose later workers may lack nephroid."""
+    resources = {_RESOURCE: 1}
+
+    async def setup(_: WorkerPlugin, worker: Any) -> None:
+        await worker.set_resources(**resources)
+
+    plugin: WorkerPlugin = type("OneAtATime", (WorkerPlugin,), {"setup": setup})()
+    return plugin
+
+
+def _keep(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Writes the files of a run; the one that stands for all of them last."""
+    for name in sorted(files, key=lambda name: (name.endswith(".json"), not name.endswith(".time.json"))):
+        _write(folder / name, files[name])
+
+
+def _is_added(gathering: _nephroid.Gathering, path: Path, index: int, count: int) -> bool:
+    """Adds a part that is kept. One that is missing or damaged is made again."""
+    try:
+        gathering.add(path.read_bytes(), index, count)
+    except (Error, FileNotFoundError):
+        return False
+    return True
+
+
+def _write(path: Path, contents: bytes) -> None:
+    """Writes a file whole or not at all. Its errors name it."""
+    # Others may write the same file, on other machines, too.
+    partial = path.with_name(f".{path.name}-{uuid.uuid4().hex}.partial")
+    try:
+        with partial.open("wb") as file:
+            file.write(contents)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+# Below is what workers do.
+
+
+def _check(source: str) -> None:
+    """Refuses to work for another nephroid: its numbers may differ in their last bits."""
+    if source != _nephroid.source_hash:
+        name = distributed.get_worker().address
+        raise Error(
+            f"worker {name} has nephroid {_nephroid.__version__} of source {_nephroid.source_hash[:8]}, and the client one of "
+            f"source {source[:8]}: install the same wheel everywhere, for one kind of processor"
+        )
+
+
+def _load(source: str, content_hash: str, packed: tuple[Any, ...]) -> Scene:
+    _check(source)
+    scene = _nephroid.load(*packed)
+    if scene.content_hash != content_hash:
+        raise Error(f"the files of {scene.path} have changed since the scene was read: read it again")
+    return scene
+
+
+def _copy(scene: Scene) -> Scene:
+    return scene
+
+
+def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) -> Any:
+    """Does a task on all threads of the worker until it has a result, which is neither None nor False. It ends without
+    one if nobody waits for it any more; or if the worker closes: then another takes it."""
+    worker = distributed.get_worker()
+    key = worker.get_current_task()
+
+    def goes_on(_: object = None) -> bool:
+        task = worker.state.tasks.get(key)
+        is_closing = worker.status in (Status.closing, Status.closed, Status.failed)
+        return task is not None and task.state != "cancelled" and not is_closing
+
+    result = function({**given, "threads": worker.state.nthreads}, goes_on)
+    if result is None or result is False:
+        raise distributed.Reschedule
+    return result
+
+
+def _part(source: str, scene: Scene, round: tuple[int, int, int], index: int, count: int, asked: Any) -> bytes:
+    """The sums of a part of a round."""
+    _check(source)
+    part: bytes = _work(lambda given, told: _nephroid.part(scene, round, index, count, given, told), asked)
+    return part
+
+
+def _unit(source: str, scene: Scene, key: str, asked: Any) -> dict[str, bytes]:
+    """The files of a run of a study, or of a truth and what needs its film."""
+    _check(source)
+    local = distributed.get_worker().local_directory
+    with tempfile.TemporaryDirectory(prefix="nephroid-", dir=local) as folder:
+        _work(lambda given, told: _nephroid.unit(scene, key, folder, given, told), asked)
+        return {path.name: path.read_bytes() for path in Path(folder, "runs").iterdir()}

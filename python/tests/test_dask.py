@@ -1,0 +1,502 @@
+"""Runs and studies on workers of Dask: real processes on this machine."""
+
+from __future__ import annotations
+
+import errno
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import nephroid as ne
+from conftest import ROOT, SCENES
+
+distributed = pytest.importorskip("distributed", reason='no distributed: pip install "nephroid[dask]"')
+
+from distributed.protocol import pickle  # noqa: E402
+
+import nephroid.dask  # noqa: E402
+
+GLASS = SCENES / "glass-ball.xml"
+#: What threads do is read where Linux tells it.
+on_linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="there is no /proc")
+#: More photons than any test waits for.
+ENDLESS = 1 << 36
+
+
+@pytest.fixture(scope="module")
+def client():
+    """Two workers, each a process with one thread."""
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
+@pytest.fixture
+def interruptible():
+    """Python's own handler: a shell may have started this process with the signal ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def assert_same(a, b):
+    """Films are the same to the last bit."""
+    assert a is not None and a.layers == b.layers and a.complete == b.complete
+    for name in a.layers:
+        for part in ("value", "lo", "hi", "stderr"):
+            one, other = getattr(a[name], part), getattr(b[name], part)
+            assert (one is None) == (other is None), (name, part)
+            assert one is None or one.tobytes() == other.tobytes(), (name, part)
+    assert (a.ledger, a.report, a.relative_error) == (b.ledger, b.report, b.relative_error)
+    assert a.warnings == b.warnings
+
+
+def _is_working(dask_worker):
+    """True if a task of nephroid has a thread of its own, whatever Dask thinks of it."""
+    names = pathlib.Path("/proc/self/task").glob("*/comm")
+    return any(name.read_text().strip() == "nephroid" for name in names)
+
+
+def wait_for(condition, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings"),
+    [
+        ("glass-ball.xml", {"photons": 300_001, "seed": 7, "tasks": 5}),
+        # Many rounds, the later ones in several tasks.
+        ("glass-ball.xml", {"error": 0.02, "tasks": 3}),
+        ("cornell-glass.xml", {"error": 0.1, "replicates": 5, "tasks": 2}),
+        # Light that is never found ends without an error.
+        ("prism.xml", {"error": "20%", "photons": 1 << 19, "max_depth": 1}),
+        ("prism.xml", {"photons": 1 << 17, "tasks": 64}),
+    ],
+)
+def test_films_have_the_bits_of_a_run_in_one_piece(client, scene, settings):
+    scene = ne.load_file(SCENES / scene, size=32)
+    whole = {key: value for key, value in settings.items() if key != "tasks"}
+    assert_same(ne.dask.render(scene, client=client, **settings), ne.render(scene, method="photons", **whole))
+
+
+def test_scenes_come_with_their_files(client, tmp_path, monkeypatch):
+    for name in ("water.xml", "water.ply"):
+        shutil.copy(SCENES / name, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    # Workers have another working folder.
+    scene = ne.load_file("water.xml", size=16)
+    film = ne.dask.render(scene, photons=4096, client=client)
+    assert_same(film, ne.render(scene, method="photons", photons=4096))
+    with open("water.xml", "a") as file:
+        file.write("<!-- another scene -->")
+    with pytest.raises(ne.Error, match="have changed since"):
+        ne.dask.render(scene, photons=2048, client=client)
+
+
+def test_a_killed_worker_loses_nothing(client):
+    scene = ne.load_file(GLASS, size=32)
+    settings = {"photons": 1 << 23, "seed": 1}
+    killed = []
+
+    def progress(now):
+        # Both workers have more to do, and one task is done.
+        if not killed and now.done > 0:
+            pids = client.run(os.getpid)
+            busy = [one for one, tasks in client.processing().items() if tasks]
+            if busy:
+                killed.append(pids[busy[0]])
+                os.kill(killed[0], signal.SIGKILL)
+
+    film = ne.dask.render(scene, client=client, tasks=8, progress=progress, **settings)
+    assert killed and killed[0] not in client.run(os.getpid).values()
+    assert_same(film, ne.render(scene, method="photons", **settings))
+
+
+def test_lost_workers_do_not_count_against_tasks_that_never_ran(client):
+    """Each worker has one task that waits, and all others wait here."""
+    scene = ne.load_file(GLASS, size=32)
+    client.run_on_scheduler(_allow_failures, 1)
+    killed = []
+
+    def progress(now):
+        # Those of the first lost worker are done by the second time.
+        if len(killed) < 2 and now.done >= (1 << 19) * (1, 9)[len(killed)]:
+            busy = [one for one, tasks in client.processing().items() if tasks]
+            if busy:
+                killed.append(client.run(os.getpid, workers=busy[:1])[busy[0]])
+                os.kill(killed[-1], signal.SIGKILL)
+
+    try:
+        film = ne.dask.render(scene, photons=16 << 19, tasks=16, client=client, progress=progress)
+    finally:
+        client.run_on_scheduler(_allow_failures, 3)
+    assert len(killed) == 2 and film.complete
+
+
+def _allow_failures(number, dask_scheduler):
+    dask_scheduler.allowed_failures = number
+
+
+def test_a_run_goes_on_from_what_a_folder_keeps(client, tmp_path):
+    scene = ne.load_file(GLASS, size=32)
+    settings = {"error": 0.02, "tasks": 4, "folder": tmp_path, "client": client}
+    heard = []
+
+    def stop(now):
+        heard.append(now.done)
+        return len(set(heard)) < 6
+
+    assert ne.dask.render(scene, progress=stop, **settings) is None
+    kept = sorted(tmp_path.iterdir())
+    assert len(kept) >= 5
+    # One digit of the header's sums, which fit as well as the right one.
+    damaged = bytearray(kept[0].read_bytes())
+    at = re.search(rb'"ledger":\["', damaged).end() + 1
+    damaged[at] ^= 1
+    assert chr(damaged[at]).isdigit()
+    kept[0].write_bytes(damaged)
+    # A part under the name of another is none.
+    first = [path for path in kept if path.stem.endswith("-1-of-4")][-1]
+    second = first.with_name(first.name.replace("-1-of-4", "-2-of-4"))
+    second.write_bytes(first.read_bytes())
+    kept = sorted({*kept, second})
+    before = {path: path.stat().st_mtime_ns for path in kept}
+    seen = []
+    film = ne.dask.render(scene, progress=lambda now: seen.append(now), **settings)
+    assert_same(film, ne.render(scene, method="photons", error=0.02))
+    # Only the wrong ones were made again.
+    again = {path for path in kept if path.stat().st_mtime_ns != before[path]}
+    assert again == {kept[0], second}
+    assert seen[0].done > 0 and seen[-1].done == seen[-1].expected
+    assert [now.done for now in seen] == sorted(now.done for now in seen)
+    assert seen[-1].unit == "photons" and 0 < seen[-1].relative_error <= 0.02
+    # Another run takes none of them.
+    other = ne.dask.render(scene, seed=1, **settings)
+    assert_same(other, ne.render(scene, method="photons", error=0.02, seed=1))
+
+
+@on_linux
+def test_a_disk_that_is_full_ends_the_run_and_leaves_no_half_file(client, tmp_path):
+    resource = pytest.importorskip("resource")
+    scene = ne.load_file(GLASS, size=32)
+    settings = {"photons": 1 << 22, "tasks": 4, "folder": tmp_path, "client": client}
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    # Of this process alone: workers were started before.
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8192, limit[1]))
+    try:
+        with pytest.raises(OSError, match="nephroid-part") as caught:
+            ne.dask.render(scene, **settings)
+        assert caught.value.errno == errno.EFBIG and tmp_path == pathlib.Path(caught.value.filename).parent
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert list(tmp_path.iterdir()) == []
+    wait_for(lambda: not any(client.run(_is_working).values()), 3.0)
+    assert_same(ne.dask.render(scene, **settings), ne.render(scene, method="photons", photons=1 << 22))
+
+
+@on_linux
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("way", ["ctrl-c", "callback", "exception"])
+def test_whoever_stops_a_run_stops_its_tasks(client, way):
+    scene = ne.load_file(GLASS, size=16)
+
+    class Mine(Exception):
+        pass
+
+    begun = []
+    end = time.monotonic() + 60.0
+
+    def progress(_):
+        assert time.monotonic() < end
+        if not begun and all(client.run(_is_working).values()):
+            begun.append(True)
+            if way == "exception":
+                raise Mine
+            if way == "ctrl-c":
+                threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+        return not (begun and way == "callback")
+
+    run = {"photons": ENDLESS, "client": client, "progress": progress}
+    if way == "callback":
+        assert ne.dask.render(scene, **run) is None
+    else:
+        with pytest.raises(KeyboardInterrupt if way == "ctrl-c" else Mine) as caught:
+            ne.dask.render(scene, **run)
+    wait_for(lambda: not any(client.run(_is_working).values()), 3.0)
+    # The same tasks can be asked for again, though their traceback is still there.
+    begun.clear()
+    way = "callback"
+    assert ne.dask.render(scene, **run) is None
+    wait_for(lambda: not any(client.run(_is_working).values()), 3.0)
+
+
+def test_a_task_that_failed_can_be_asked_for_again(client):
+    scene = ne.load_file(GLASS, size=16)
+    settings = {"photons": 1 << 16, "tasks": 4, "client": client}
+    client.run(_set_source, "0" * 64)
+    try:
+        with pytest.raises(ne.Error, match="install the same wheel everywhere") as caught:
+            ne.dask.render(scene, **settings)
+    finally:
+        client.run(_set_source, ne._nephroid.source_hash)
+    # The exception holds frames, and these hold what was asked for.
+    assert caught.value.__traceback__ is not None
+    assert_same(ne.dask.render(scene, **settings), ne.render(scene, method="photons", photons=1 << 16))
+    wait_for(lambda: not client.run_on_scheduler(_nephroid_keys), 5.0)
+
+
+def _set_source(source):
+    ne._nephroid.source_hash = source
+
+
+def _nephroid_keys(dask_scheduler):
+    return [key for key in dask_scheduler.tasks if str(key).startswith("nephroid-")]
+
+
+def test_a_call_that_ends_does_not_end_another_of_the_same(client):
+    scene = ne.load_file(GLASS, size=16)
+    run = {"photons": 1 << 20, "tasks": 8, "client": client}
+    is_under_way, is_over = threading.Event(), threading.Event()
+    films = []
+
+    def wait(now):
+        if now.done:
+            is_under_way.set()
+            assert is_over.wait(30.0)
+
+    first = threading.Thread(target=lambda: films.append(ne.dask.render(scene, progress=wait, **run)))
+    first.start()
+    assert is_under_way.wait(30.0)
+    heard = []
+    assert ne.dask.render(scene, progress=lambda now: heard.append(now) or len(heard) < 2, **run) is None
+    is_over.set()
+    first.join(60.0)
+    assert_same(films[0], ne.render(scene, method="photons", photons=1 << 20))
+
+
+@on_linux
+def test_a_client_that_dies_leaves_no_task_behind(client):
+    code = (
+        "import sys, distributed, nephroid as ne, nephroid.dask\n"
+        f"scene = ne.load_file({str(GLASS)!r}, size=16)\n"
+        "with distributed.Client(sys.argv[1]) as client:\n"
+        f"    ne.dask.render(scene, photons={ENDLESS}, seed=3, client=client)\n"
+    )
+    other = subprocess.Popen([sys.executable, "-c", code, client.scheduler.address])
+    try:
+        wait_for(lambda: all(client.run(_is_working).values()))
+    finally:
+        other.kill()
+        other.wait()
+    wait_for(lambda: not any(client.run(_is_working).values()), 10.0)
+
+
+@on_linux
+def test_a_task_has_all_threads_of_a_worker_to_itself():
+    scene = ne.load_file(GLASS, size=16)
+    seen = []
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=3, dashboard_address=":0") as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        # A worker that comes later has as much room.
+        cluster.scale(2)
+        client.wait_for_workers(2)
+
+        end = time.monotonic() + 60.0
+
+        def progress(_):
+            now = client.run(lambda dask_worker: (len(dask_worker.state.executing), _threads()))
+            seen.extend(now.values())
+            # Both work, though one of them has threads for both tasks.
+            are_both = all(tasks == 1 and threads == 4 for tasks, threads in now.values())
+            return not are_both and time.monotonic() < end
+
+        assert ne.dask.render(scene, photons=ENDLESS, tasks=2, client=client, progress=progress) is None
+        assert time.monotonic() < end, seen
+        assert {tasks for tasks, _ in seen} <= {0, 1}
+        # One that waits, and three that work.
+        assert max(threads for _, threads in seen) == 4
+
+
+def _threads():
+    names = pathlib.Path("/proc/self/task").glob("*/comm")
+    return sum(name.read_text().strip() == "nephroid" for name in names)
+
+
+def test_what_stays_on_a_cluster_bars_no_worker_without_nephroid():
+    plugin = pickle.dumps(ne.dask._one_at_a_time())
+    code = "import sys; sys.modules['nephroid'] = None; from distributed.protocol import pickle; " + (
+        "print(type(pickle.loads(sys.stdin.buffer.read())).__name__)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], input=plugin, capture_output=True, check=True)
+    assert done.stdout.strip() == b"OneAtATime"
+
+
+def test_a_worker_without_nephroid_is_named(client):
+    scene = ne.load_file(GLASS, size=16)
+    client.run(_hide_nephroid, True)
+    try:
+        with pytest.raises(ne.Error, match=r"no nephroid is on tcp://.*, tcp://.*: install the same wheel"):
+            ne.dask.render(scene, photons=64, client=client)
+    finally:
+        client.run(_hide_nephroid, False)
+    assert ne.dask.render(scene, photons=64, client=client).complete
+
+
+def _hide_nephroid(is_hidden):
+    sys.modules["nephroid"] = None if is_hidden else ne
+
+
+def _render(method, **settings):
+    return ne.render(ne.load_file(GLASS, size=8), method=method, **settings)
+
+
+def test_errors_are_typed(client, monkeypatch):
+    scene = ne.load_file(GLASS, size=16)
+    with pytest.raises(ne.LoadError) as caught:
+        client.submit(ne.load_string, "<scene version='3.0.0'>\n <shape type='sphare'/></scene>").result()
+    assert (caught.value.line, caught.value.file) == (2, "<string>") and "sphere" in str(caught.value)
+    with pytest.raises(ne.SettingError, match="photonz"):
+        client.submit(_render, "photons", photonz=1).result()
+    with pytest.raises(ne.RefusedError, match="nowhere"):
+        client.submit(_render, "photons", sensor="nowhere").result()
+    with pytest.raises(ne.RefusedError, match="in one piece"):
+        ne.dask.render(scene, method="beams", client=client)
+    with pytest.raises(ne.RefusedError, match="not time"):
+        ne.dask.render(scene, time=1, client=client)
+    with pytest.raises(ne.SettingError, match="photons"):
+        ne.dask.render(scene, photonz=1, client=client)
+    with pytest.raises(ne.SettingError, match="whole numbers > 0"):
+        ne.dask.render(scene, tasks=0, client=client)
+    with pytest.raises(TypeError, match="distributed.Client"):
+        ne.dask.render(scene, photons=64, client="tcp://head:8786")
+    monkeypatch.setattr(ne._nephroid, "source_hash", "0" * 64)
+    with pytest.raises(ne.Error, match="install the same wheel everywhere"):
+        ne.dask.render(scene, photons=64, client=client)
+
+
+STUDY = {
+    "truth": {"method": "beams", "error": "3%"},
+    "method": [
+        {"method": "photons", "photons": [1024, 4096, 16384]},
+        {"method": "caustic-map", "photons": 64, "map": 64},
+    ],
+}
+
+
+def test_a_study_has_the_report_of_a_study_in_one_piece(client, tmp_path):
+    scene = ne.load_file(GLASS, size=16)
+    mine = ne.render(scene, photons=512).value
+    study = {"scene": scene, **STUDY}
+    asked = {"candidates": {"mine": mine}, "max_error": {"mine": 0.9}}
+    whole = ne.validate(study, tmp_path / "whole", **asked)
+    seen = []
+    stopped = ne.dask.validate(study, tmp_path / "parts", client=client, progress=lambda now: now.done < 2, **asked)
+    assert stopped is None
+    parts = ne.dask.validate(study, tmp_path / "parts", client=client, progress=seen.append, **asked)
+    assert (tmp_path / "parts/report.json").read_bytes() == (tmp_path / "whole/report.json").read_bytes()
+    assert parts.report["sensors"][0]["stages"] and len(parts.rows) == len(whole.rows) == 5
+    assert seen[0].done >= 2 and seen[-1].done == seen[-1].expected == 5 and seen[-1].unit == "runs"
+    # All is there: no worker is asked.
+    made = {path.name for path in (tmp_path / "parts/runs").iterdir()}
+    assert made == {path.name for path in (tmp_path / "whole/runs").iterdir()}
+    again = ne.dask.validate(study, tmp_path / "parts", client="nobody", **asked)
+    assert again.report == whole.report
+
+
+def test_a_killed_worker_loses_no_run_of_a_study(client, tmp_path):
+    scene = ne.load_file(GLASS, size=16)
+    # The truth takes seconds, the other two none.
+    runs = [{"method": "photons", "photons": [1024, 4096]}]
+    study = {"scene": scene, "truth": {"method": "photons", "photons": 1 << 23}, "method": runs}
+    killed = []
+
+    def progress(now):
+        if not killed and now.done == 2:
+            busy = [one for one, tasks in client.processing().items() if tasks]
+            assert len(busy) == 1 and client.run(_is_working, workers=busy)[busy[0]]
+            killed.append(client.run(os.getpid, workers=busy)[busy[0]])
+            os.kill(killed[0], signal.SIGKILL)
+
+    ne.dask.validate(study, tmp_path / "parts", client=client, progress=progress)
+    assert killed
+    ne.validate(study, tmp_path / "whole")
+    assert (tmp_path / "parts/report.json").read_bytes() == (tmp_path / "whole/report.json").read_bytes()
+
+
+def test_a_study_may_have_the_same_pose_and_the_same_run_twice(client, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(GLASS, tmp_path)
+    run = '[[method]]\nmethod = "photons"\nphotons = [1024, 1024]\n'
+    (tmp_path / "s.toml").write_text(
+        'scene = "glass-ball.xml"\nposes = [{ size = [8, 8] }]\n[truth]\nmethod = "beams"\nerror = "5%"\n' + run
+    )
+    ne.validate("s.toml", "whole")
+    seen = []
+    ne.dask.validate("s.toml", "parts", client=client, progress=seen.append)
+    assert (tmp_path / "parts/poses.json").read_bytes() == (tmp_path / "whole/poses.json").read_bytes()
+    assert seen[-1].done == seen[-1].expected == 6
+    for pose in ("pose-001", "pose-002"):
+        made, whole = ({path.name for path in (tmp_path / of / pose / "runs").iterdir()} for of in ("parts", "whole"))
+        assert made == whole
+
+
+def test_a_study_of_a_file_with_poses(client, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(GLASS, tmp_path)
+    (tmp_path / "s.toml").write_text(
+        'scene = "glass-ball.xml"\nposes = [{ size = [8, 12] }]\n[truth]\nmethod = "beams"\nerror = "5%"\n'
+        '[[method]]\nmethod = "photons"\nphotons = 1024\n'
+    )
+    ne.validate("s.toml", "whole")
+    parts = ne.dask.validate("s.toml", "parts", client=client)
+    assert (tmp_path / "parts/poses.json").read_bytes() == (tmp_path / "whole/poses.json").read_bytes()
+    assert len(parts.poses) == 2 and len(parts.rows) == 2
+    with pytest.raises(ne.SettingError, match="one machine"):
+        ne.dask.validate({"scene": GLASS, "time": "1m"}, "timed", client=client)
+    with pytest.raises(ne.LoadError, match="s.toml"):
+        (tmp_path / "s.toml").write_text("scene = 1 2")
+        ne.dask.validate("s.toml", "parts", client=client)
+    (tmp_path / "s.toml").write_bytes(b"scene = '\xff'")
+    for study in ("s.toml", "nowhere.toml"):
+        said = []
+        for validate in (ne.validate, ne.dask.validate):
+            with pytest.raises(ne.LoadError) as caught:
+                validate(study, "parts")
+            said.append(str(caught.value))
+        assert said[0] == said[1]
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_the_examples_of_the_page(tmp_path, number):
+    """As a reader would run them; the third is of Slurm, which tests/slurm/run tries."""
+    block = re.findall(r"```python\n(.*?)```", (ROOT / "docs/clusters.md").read_text(), re.S)[number]
+    (tmp_path / "example.py").write_text(block)
+    (tmp_path / "scenes").symlink_to(SCENES)
+    done = subprocess.run([sys.executable, "example.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / ("out/ball.exr", "out/ball.report/index.html")[number]).exists()
+
+
+def test_nephroid_alone_does_not_import_dask():
+    code = "import sys, nephroid; print({'dask', 'distributed'} & {name.split('.')[0] for name in sys.modules})"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert said.stdout.strip() == "set()"
+    code = "import sys; sys.modules['distributed'] = None; import nephroid.dask"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert said.returncode == 1 and 'pip install "nephroid[dask]"' in said.stderr, said.stderr
