@@ -23,9 +23,9 @@ use std::{hint::black_box, thread, time::Instant};
 use glam::{DMat4, DVec3};
 use narrow::Narrow;
 use nephroid::internals::geometry::{
-    Mesh, Ray, Rectangle, Segment, Shape, Sphere, Transform, TraversalCounters, World,
+    Mesh, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters, World,
 };
-use rays::{coherent, incoherent, inside, is_measured, seconds, segments};
+use rays::{coherent, incoherent, inside, is_measured, search, search_many, seconds, segments};
 use support::geometry::{bumpy_torus, mesh};
 
 fn main() {
@@ -136,27 +136,6 @@ fn ball_and_floor() -> World {
         Shape::Sphere(Sphere::new(&Transform::IDENTITY, false).expect("round")),
         Shape::Rectangle(Rectangle::new(&floor, false).expect("any map")),
     ])
-}
-
-/// Searches for all rays; returns (hits, work).
-fn search(world: &World, rays: &[Ray]) -> (usize, TraversalCounters) {
-    let mut counters = TraversalCounters::default();
-    let hits = rays
-        .iter()
-        .filter(|ray| black_box(world.closest_hit(ray, f64::INFINITY, &mut counters)).is_some())
-        .count();
-    (hits, counters)
-}
-
-/// Searches for all rays, many at a time.
-fn search_many(world: &World, segments: &[Segment]) -> usize {
-    let mut counters = TraversalCounters::default();
-    let mut found = Vec::new();
-    let batches = segments.chunks(512).map(|batch| {
-        world.closest_hits(batch, &mut found, &mut counters);
-        black_box(&found).iter().flatten().count()
-    });
-    batches.sum()
 }
 
 /// The fastest of all [turns], seconds: other programs can only make it slower.

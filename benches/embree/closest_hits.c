@@ -1,6 +1,6 @@
 /* Closest hits by Embree 4, for benches/embree.rs: closest_hits LIBRARY.
  *
- * A line of stdin is a command, and a line of stdout its answer:
+ * Says "1" once it has the library. Then a line of stdin is a command, and a line of stdout its answer:
  *
  *   mesh FILE   two 32-bit counts, vertices (3 floats each), triangles (3 indices each); answer: seconds to build
  *   rays FILE   a 32-bit count, then origin and direction of each ray (6 floats); answer: the count
@@ -96,6 +96,9 @@ int main(int count, char **arguments) {
     *(void **)&release_scene = symbol(library, "rtcReleaseScene");
     *(void **)&intersect = symbol(library, "rtcIntersect1");
     handle device = new_device(NULL), scene = NULL;
+    if (!device) fail("no device");
+    puts("1");
+    fflush(stdout);
     float(*rays)[6] = NULL;
     uint32_t ray_count = 0;
     char line[4096];

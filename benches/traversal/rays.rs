@@ -1,9 +1,9 @@
-//! Rays of three kinds around a torus of radius 1, and a bench's clock.
+//! Rays of three kinds around a torus of radius 1, searches for them, and a bench's clock.
 
-use std::time::Instant;
+use std::{hint::black_box, time::Instant};
 
 use glam::DVec3;
-use nephroid::internals::geometry::{Ray, Segment};
+use nephroid::internals::geometry::{Ray, Segment, TraversalCounters, World};
 
 use crate::support::geometry::Random;
 
@@ -55,6 +55,27 @@ pub fn segments(rays: &[Ray]) -> Vec<Segment> {
         length: f64::INFINITY,
     };
     rays.iter().map(whole).collect()
+}
+
+/// Searches for all rays, one after the other; returns (hits, work).
+pub fn search(world: &World, rays: &[Ray]) -> (usize, TraversalCounters) {
+    let mut counters = TraversalCounters::default();
+    let hits = rays
+        .iter()
+        .filter(|ray| black_box(world.closest_hit(ray, f64::INFINITY, &mut counters)).is_some())
+        .count();
+    (hits, counters)
+}
+
+/// Searches for all rays, many at a time; returns the number of hits.
+pub fn search_many(world: &World, segments: &[Segment]) -> usize {
+    let mut counters = TraversalCounters::default();
+    let mut found = Vec::new();
+    let batches = segments.chunks(512).map(|batch| {
+        world.closest_hits(batch, &mut found, &mut counters);
+        black_box(&found).iter().flatten().count()
+    });
+    batches.sum()
 }
 
 /// True for `cargo bench`; `cargo test --benches` only checks that benches run.

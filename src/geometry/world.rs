@@ -106,8 +106,8 @@ impl World {
     /// [`Self::closest_hit`] of many rays, each before its segment's end: `found` becomes one entry a
     /// segment.
     ///
-    /// Sooner than one ray after the other if the rays are apart and a mesh is large: their searches then
-    /// wait for memory together. Hits and counters are the same.
+    /// Sooner than one ray after the other if the rays are apart, a mesh is large and there are at most eight
+    /// shapes: their searches then wait for memory together. Hits and counters are the same.
     pub fn closest_hits(
         &self,
         segments: &[Segment],
@@ -138,8 +138,13 @@ impl World {
     }
 
     /// True if searches among some mesh's faces may wait for memory.
-    pub fn exceeds_caches(&self) -> bool {
-        self.trees.iter().flatten().any(MeshTree::exceeds_caches)
+    pub fn waits_for_memory(&self) -> bool {
+        self.trees.iter().flatten().any(MeshTree::waits_for_memory)
+    }
+
+    /// True if [`Self::closest_hits`] may be sooner than one ray after the other for rays that are apart.
+    pub fn takes_turns(&self) -> bool {
+        self.over_shapes.is_none() && self.waits_for_memory()
     }
 
     #[inline]

@@ -209,7 +209,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         sink: &mut impl ChainSink<N>,
     ) {
         let world = self.scene.world();
-        if world.exceeds_caches() {
+        if world.waits_for_memory() {
             photons.for_each(|light| self.trace(&light, sink));
             return;
         }

@@ -2,8 +2,8 @@
 
 use glam::{DMat4, DVec2, DVec3};
 use nephroid::internals::geometry::{
-    Bounds, Disk, Hit, MeshParts, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters,
-    World,
+    Bounds, Disk, Hit, MeshParts, Ray, Rectangle, Segment, Shape, Sphere, Transform,
+    TraversalCounters, World,
 };
 
 use crate::support::geometry::{Random, bumpy_torus, closest, icosphere, mesh, placed, world_of};
@@ -60,6 +60,42 @@ fn many_shapes_are_searched_by_a_tree_and_few_in_turn_with_the_same_result() {
             let ray = random_ray(&mut random);
             assert_eq!(closest(&world, &ray), one_by_one(&shapes, &ray), "{ray:?}");
         }
+    }
+}
+
+#[test]
+fn many_rays_at_a_time_hit_what_each_hits_alone() {
+    for count in [0, 1, 8, 9, 60] {
+        let mut shapes = random_balls(count);
+        if count % 2 == 1 {
+            // Large enough for searches by turns.
+            shapes.push(Shape::Mesh(mesh(bumpy_torus(400, 100))));
+            shapes.rotate_right(1);
+        }
+        let world = World::new(shapes);
+        assert_eq!(world.waits_for_memory(), count % 2 == 1);
+        assert_eq!(world.takes_turns(), count == 1, "{count} balls");
+        let mut random = Random(23);
+        let segments: Vec<Segment> = (0..3000)
+            .map(|i| Segment {
+                ray: random_ray(&mut random),
+                length: [f64::INFINITY, 5.0 * random.unit()][i % 2],
+            })
+            .collect();
+        let (mut together, mut alone) =
+            (TraversalCounters::default(), TraversalCounters::default());
+        let mut found = vec![None; 7];
+        for batch in segments.chunks(1000) {
+            world.closest_hits(batch, &mut found, &mut together);
+            let expected: Vec<Option<Hit>> = batch
+                .iter()
+                .map(|it| world.closest_hit(&it.ray, it.length, &mut alone))
+                .collect();
+            assert_eq!(found, expected, "{count} balls");
+        }
+        assert_eq!(together, alone, "{count} balls");
+        world.closest_hits(&[], &mut found, &mut together);
+        assert!(found.is_empty());
     }
 }
 

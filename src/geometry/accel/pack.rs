@@ -14,7 +14,6 @@ use super::{
 /// only if edge functions have opposite signs by more than their error bound (derived at [`NarrowShear`]), so
 /// never one that the exact test accepts.
 #[derive(Clone, Debug)]
-#[repr(C, align(64))]
 pub(in crate::geometry) struct TrianglePack {
     /// Coordinates by vertex and axis, in the tree's frame. Slots without a triangle are NaN.
     vertices: [[[f32; WIDTH]; 3]; 3],

@@ -21,8 +21,7 @@ use crate::transport::path_class::PathClass;
 /// A tile's side \[pixels\].
 const TILE: usize = 16;
 
-/// Paths followed together, some milliseconds of work. Fewer than a hundred would not fill the search with
-/// rays.
+/// Paths followed together. Of fewer than a hundred too few would soon be left to search for by turns.
 const WAVE: usize = 512;
 
 /// Tiles between two additions to the film. Their sums are kept until then, about 50 kB each.
@@ -181,7 +180,9 @@ impl Job<'_> {
             if (self.stop)() {
                 return None;
             }
-            tracer.trace_all(&wave, &mut found);
+            if !tracer.trace_all(&wave, &mut found, self.stop) {
+                return None;
+            }
             for (&at, radiance) in places.iter().zip(&found) {
                 if radiance.iter().all(|value| value.is_finite()) {
                     splatter.spread(at, &mut footprint);

@@ -24,6 +24,12 @@ const MAX_SURFACES: u32 = 1 << 16;
 /// ends, too.
 const MAX_SURVIVAL: f64 = 0.95;
 
+/// Rays between two looks at `stop`: some milliseconds of work. A path of [`MAX_SURFACES`] has more.
+const RAYS_BETWEEN_STOPS: u64 = 4096;
+
+/// Surfaces between two looks at `stop` of paths that are followed together.
+const SURFACES_BETWEEN_STOPS: u32 = 8;
+
 /// A tracer of paths through a scene.
 pub struct Tracer<'a> {
     scene: &'a Scene,
@@ -124,23 +130,32 @@ impl<'a> Tracer<'a> {
 
     /// A sample of the radiance [W/m²/sr] that comes back along each view, by class of path: `found`
     /// becomes one entry a view. Each depends on its view and numbers alone.
+    ///
+    /// False, with fewer entries, if `stop` asked for an end.
     pub fn trace_all(
         &mut self,
         views: &[(PixelRay, PathNumbers)],
         found: &mut Vec<RadianceByClass>,
-    ) {
+        stop: &dyn Fn() -> bool,
+    ) -> bool {
         found.clear();
         if self.settings.max_depth == Some(0) {
             found.resize(views.len(), Default::default());
-        } else if self.scene.world().exceeds_caches() {
-            self.trace_together(views, found);
+        } else if self.scene.world().takes_turns() {
+            return self.trace_together(views, found, stop);
         } else {
-            found.extend(
-                views
-                    .iter()
-                    .map(|(view, numbers)| self.trace(view, *numbers)),
-            );
+            let mut asked = self.counters.rays;
+            for (view, numbers) in views {
+                if self.counters.rays - asked >= RAYS_BETWEEN_STOPS {
+                    asked = self.counters.rays;
+                    if stop() {
+                        return false;
+                    }
+                }
+                found.push(self.trace(view, *numbers));
+            }
         }
+        true
     }
 
     fn trace(&mut self, view: &PixelRay, numbers: PathNumbers) -> RadianceByClass {
@@ -162,13 +177,17 @@ impl<'a> Tracer<'a> {
         &mut self,
         views: &[(PixelRay, PathNumbers)],
         found: &mut Vec<RadianceByClass>,
-    ) {
+        stop: &dyn Fn() -> bool,
+    ) -> bool {
         let mut paths: Vec<Path> = views.iter().map(|(view, _)| self.start(view)).collect();
         let mut under_way: Vec<usize> = (0..paths.len()).collect();
         let (mut segments, mut hits) = (Vec::new(), Vec::new());
         for surface in 0..MAX_SURFACES {
             if under_way.is_empty() {
                 break;
+            }
+            if surface % SURFACES_BETWEEN_STOPS == SURFACES_BETWEEN_STOPS - 1 && stop() {
+                return false;
             }
             segments.clear();
             segments.extend(under_way.iter().map(|&i| Segment {
@@ -185,6 +204,7 @@ impl<'a> Tracer<'a> {
         }
         self.cut_off += under_way.len() as u64;
         found.extend(paths.iter().map(|path| path.radiance));
+        true
     }
 
     fn start(&mut self, view: &PixelRay) -> Path {
@@ -396,7 +416,7 @@ mod tests {
                 .collect();
             let mut tracer = Tracer::new(&scene, &lights, &settings, &shines);
             let mut together = Vec::new();
-            tracer.trace_together(&views, &mut together);
+            assert!(tracer.trace_together(&views, &mut together, &|| false));
             let counters = std::mem::take(&mut tracer.counters);
             let alone: Vec<_> = views
                 .iter()
@@ -404,6 +424,9 @@ mod tests {
                 .collect();
             assert_eq!(together, alone);
             assert_eq!(counters, tracer.counters);
+            let (many, mut ended) = (views.repeat(9), Vec::new());
+            assert!(!tracer.trace_all(&many, &mut ended, &|| true));
+            assert!(ended.len() < many.len(), "a stop is heard between rays");
             let lit = alone.iter().flatten().filter(|it| !it.is_black()).count();
             assert!(lit > 300, "only {lit} paths bring light: they test little");
         }

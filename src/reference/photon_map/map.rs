@@ -48,7 +48,7 @@ pub struct Catch<'a> {
 }
 
 impl Recipient<3> for Catch<'_> {
-    /// The order of a map's photons is that of their sums.
+    /// Its sums are of `f64`: their last bits depend on the order in which the map keeps its photons.
     const IS_ORDERED: bool = true;
 
     fn emitted(&mut self, _flux: Flux<3>) {}
