@@ -18,12 +18,13 @@ mod rays;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::Command;
 
 use nephroid::internals::geometry::{Mesh, Ray, Shape, World};
 use rays::{coherent, incoherent, inside, is_measured, search, search_many, seconds, segments};
+use support::child::Answering;
 use support::geometry::{bumpy_torus, mesh};
 
 fn main() {
@@ -107,7 +108,7 @@ fn contest(world: &World, rays: &[Ray], embree: &mut Embree) -> String {
     for _ in 0..turns() {
         times[0].push(seconds(|| ours = search(world, rays).0));
         times[1].push(seconds(|| ours = search_many(world, &segments)));
-        embree.command("run");
+        embree.0.send("run");
         let answer = embree.numbers();
         times[2].push(answer[0]);
         theirs = answer[1];
@@ -152,10 +153,7 @@ fn write_rays(file: &mut impl Write, rays: &[Ray]) -> std::io::Result<()> {
 }
 
 /// A process that searches with Embree.
-struct Embree {
-    process: Child,
-    answers: BufReader<ChildStdout>,
-}
+struct Embree(Answering);
 
 impl Embree {
     /// Starts it; returns the reason if that is not possible.
@@ -174,23 +172,12 @@ impl Embree {
             let text = String::from_utf8_lossy(&output.stderr);
             return Err(format!("closest_hits.c does not compile: {text}"));
         }
-        let mut process = Command::new(program)
-            .arg(library()?)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|error| error.to_string())?;
-        let answers = BufReader::new(process.stdout.take().ok_or("no pipe")?);
-        let mut embree = Self { process, answers };
-        if embree.numbers().is_empty() {
-            return Err("Embree's library cannot be used".to_owned());
+        let mut process = Answering::start(Command::new(program).arg(library()?))?;
+        // It says so once it has the library.
+        match process.answer() {
+            Some(_) => Ok(Self(process)),
+            None => Err("Embree's library cannot be used".to_owned()),
         }
-        Ok(embree)
-    }
-
-    fn command(&mut self, line: &str) {
-        let input = self.process.stdin.as_mut().expect("a pipe");
-        writeln!(input, "{line}").expect("it listens");
     }
 
     /// Writes a file and has it read.
@@ -205,22 +192,13 @@ impl Embree {
         write(&mut file)
             .and_then(|()| file.flush())
             .expect("a temporary file");
-        self.command(&format!("{command} {}", path.display()));
+        self.0.send(&format!("{command} {}", path.display()));
     }
 
-    /// The numbers of its next answer; none if it has ended.
+    /// The numbers of its next answer.
     fn numbers(&mut self) -> Vec<f64> {
-        let mut line = String::new();
-        self.answers.read_line(&mut line).expect("a pipe");
+        let line = self.0.answer().expect("Embree's reason is above");
         line.split_whitespace().flat_map(str::parse).collect()
-    }
-}
-
-impl Drop for Embree {
-    fn drop(&mut self) {
-        // It ends with its input. Nothing is lost if it does not.
-        drop(self.process.stdin.take());
-        let _ = self.process.wait();
     }
 }
 

@@ -11,9 +11,11 @@
     reason = "oracles and figures of a bench, no results"
 )]
 
-use std::io::{BufRead, BufReader, Write};
+#[path = "../tests/support/mod.rs"]
+mod support;
+
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use nephroid::internals::mitsuba;
@@ -24,6 +26,7 @@ use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Layer, Progress};
 use nephroid::internals::scene::{Crop, Scene, Sensor};
+use support::child::Answering;
 
 const WIDTH: u32 = 40;
 const HEIGHT: u32 = 30;
@@ -251,25 +254,15 @@ fn cpu_seconds() -> Option<f64> {
 }
 
 /// A Python process that renders on request.
-struct Mitsuba {
-    python: Child,
-    answers: BufReader<ChildStdout>,
-}
+struct Mitsuba(Answering);
 
 impl Mitsuba {
     /// Starts it; returns the reason if that is not possible.
     fn start(variant: &str) -> Result<Self, String> {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/render_with_mitsuba.py");
-        let mut python = Command::new("python3")
-            .arg(script)
-            .arg(variant)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .map_err(|error| format!("python3: {error}"))?;
-        let answers = BufReader::new(python.stdout.take().ok_or("python3 has no output")?);
-        let mut mitsuba = Self { python, answers };
+        let mut python = Command::new("python3");
+        python.arg(script).arg(variant).stderr(Stdio::null());
+        let mut mitsuba = Self(Answering::start(&mut python)?);
         let about = mitsuba.answer().ok_or_else(|| {
             format!("no Python with Mitsuba 3.9.1, {variant}: pip install mitsuba==3.9.1")
         })?;
@@ -280,9 +273,7 @@ impl Mitsuba {
     }
 
     fn answer(&mut self) -> Option<serde_json::Value> {
-        let mut line = String::new();
-        self.answers.read_line(&mut line).ok()?;
-        serde_json::from_str(&line).ok()
+        serde_json::from_str(&self.0.answer()?).ok()
     }
 
     fn render(&mut self, file: &Path, method: Ours, seed: u64) -> (Vec<f64>, f64) {
@@ -294,8 +285,7 @@ impl Mitsuba {
             "scene": file, "integrator": integrator, "max_depth": DEPTH, "width": WIDTH, "height": HEIGHT,
             "samples": samples, "seed": 1_000_003 * seed,
         });
-        let input = self.python.stdin.as_mut().expect("a pipe");
-        writeln!(input, "{job}").expect("Python listens");
+        self.0.send(&job.to_string());
         let answer = self.answer().expect("Mitsuba renders a shipped scene");
         let values = answer["values"].as_array().expect("numbers");
         let image = values
@@ -308,13 +298,5 @@ impl Mitsuba {
             "wall"
         };
         (image, answer[time].as_f64().expect("seconds"))
-    }
-}
-
-impl Drop for Mitsuba {
-    fn drop(&mut self) {
-        // It ends with its input. Nothing is lost if it does not.
-        drop(self.python.stdin.take());
-        let _ = self.python.wait();
     }
 }

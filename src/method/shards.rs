@@ -7,7 +7,7 @@ use crate::reference::photons::gather::{GatherError, Gathered, Next, Wanted, che
 use crate::reference::photons::run::Setup;
 use crate::reference::photons::shard::{Part, Round, ShardError, check_budget};
 use crate::reference::photons::{PhotonSettings, Shard};
-use crate::run::{Context, Error, Refusal, Rendering};
+use crate::run::{Budget, Context, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 
 impl Method {
@@ -25,7 +25,7 @@ impl Method {
         context: &Context,
     ) -> Result<Option<Part>, Error> {
         self.check_memory(scene, sensor, context)?;
-        let settings = self.sharded()?;
+        let settings = self.divided(check_budget)?;
         context.install(|| {
             let setup = Setup::new(scene, sensor, settings, &context.progress)?;
             setup.run_shard(&sensor.id, &self.budget(), shard)
@@ -47,7 +47,7 @@ impl Method {
     ) -> Result<Rendering, MergeError> {
         self.check_memory(scene, sensor, context)
             .map_err(Error::from)?;
-        let settings = self.sharded().map_err(Error::from)?;
+        let settings = self.divided(check_budget).map_err(Error::from)?;
         // Direct light is measured here, on the threads asked for.
         context
             .install(|| {
@@ -76,7 +76,7 @@ impl Method {
         context: &Context,
     ) -> Result<Option<Part>, Error> {
         self.check_memory(scene, sensor, context)?;
-        let settings = self.gathered()?;
+        let settings = self.divided(check_gathered)?;
         context.install(|| {
             let setup = Setup::new(scene, sensor, settings, &context.progress)?;
             setup.run_part(&sensor.id, round, shard)
@@ -98,7 +98,7 @@ impl Method {
     ) -> Result<NextPart, MergeError> {
         self.check_memory(scene, sensor, context)
             .map_err(Error::from)?;
-        let settings = self.gathered().map_err(Error::from)?;
+        let settings = self.divided(check_gathered).map_err(Error::from)?;
         context
             .install(|| {
                 let setup = Setup::new(scene, sensor, settings, &context.progress)?;
@@ -115,26 +115,19 @@ impl Method {
             .map_err(MergeError::from)
     }
 
-    fn gathered(&self) -> Result<PhotonSettings, Refusal> {
-        self.check_divisible()?;
-        check_gathered(&self.budget())?;
-        Ok(photons::settings(&self.values, PhotonSettings::default()))
-    }
-
-    fn sharded(&self) -> Result<PhotonSettings, Refusal> {
-        self.check_divisible()?;
-        check_budget(&self.budget())?;
-        Ok(photons::settings(&self.values, PhotonSettings::default()))
-    }
-
-    fn check_divisible(&self) -> Result<(), Refusal> {
+    /// The settings of a run that can be divided, if its limits pass `check`.
+    fn divided(
+        &self,
+        check: impl Fn(&Budget) -> Result<(), Refusal>,
+    ) -> Result<PhotonSettings, Refusal> {
         if self.name() != "photons" {
             return Err(Refusal::new(format!(
                 "shards are for --method photons: a run of {} is made in one piece",
                 self.name()
             )));
         }
-        Ok(())
+        check(&self.budget())?;
+        Ok(photons::settings(&self.values, PhotonSettings::default()))
     }
 }
 

@@ -8,6 +8,7 @@ pub mod bsdf;
 pub mod caustic_scenes;
 pub mod caustics_volume;
 pub mod chains;
+pub mod child;
 pub mod comparison;
 pub mod contest;
 pub mod cpu;

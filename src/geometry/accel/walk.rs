@@ -45,12 +45,14 @@ impl Walk {
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     pub(super) fn new(ray: &LocalRay, limit: f64) -> Self {
-        Self {
+        let mut walk = Self {
             stack: Stack::new(),
-            next: Child::node(0),
+            next: Child::NONE,
             candidates: 0,
-            limit: ray.local_limit(limit),
-        }
+            limit: 0.0,
+        };
+        walk.restart(ray, limit);
+        walk
     }
 
     /// Starts anew at the root.
