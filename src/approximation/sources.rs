@@ -24,7 +24,7 @@ pub fn sources(scene: &Scene, technique: &str) -> Result<Vec<Source>, Refusal> {
             emitter.plugin()
         )));
     }
-    let refused = shining.find(|emitter| !emitter.is_delta());
+    let refused = shining.find(|emitter| !emitter.is_delta() || emitter.shape().is_some());
     if let Some(plugin) = refused.map(Emitter::plugin) {
         return Err(Refusal::new(format!(
             "an emitter is of plugin {plugin}: {technique} are rendered from one point or direction; emitters of \

@@ -58,6 +58,16 @@ pub enum Emitter {
         /// The texture that varies the radiance over the surface, if any.
         texture: Option<TextureId>,
     },
+    /// The front side of a shape, each place of which shines along its normal only.
+    DirectionalArea {
+        /// The shape that shines.
+        shape: ShapeId,
+        /// Radiant exitance, flux by the shape's area [W/m²]; with a texture, a factor on the texture's
+        /// values. Mitsuba calls it `radiance`.
+        exitance: Rgb,
+        /// The texture that varies the exitance over the surface, if any.
+        texture: Option<TextureId>,
+    },
     /// The same light from all directions, infinitely far away.
     Constant {
         /// Radiance [W/m²/sr].
@@ -76,12 +86,13 @@ impl Emitter {
             Self::Projector { .. } => "projector",
             Self::Directional { .. } => "directional",
             Self::Area { .. } => "area",
+            Self::DirectionalArea { .. } => "directionalarea",
             Self::Constant { .. } => "constant",
             Self::Envmap(_) => "envmap",
         }
     }
 
-    /// True if a receiver point sees at most one direction of its light.
+    /// True if a receiver point sees no more than single directions of its light.
     pub fn is_delta(&self) -> bool {
         !matches!(self, Self::Area { .. }) && !self.is_environment()
     }
@@ -101,6 +112,9 @@ impl Emitter {
                 slide: Some(slide), ..
             } => slide.is_grey() && self.strength().is_grey(),
             Self::Area {
+                texture: Some(_), ..
+            }
+            | Self::DirectionalArea {
                 texture: Some(_), ..
             } => false,
             _ => self.strength().is_grey(),
@@ -127,10 +141,18 @@ impl Emitter {
         }
     }
 
-    /// The shape that shines, for an area emitter.
+    /// The shape that shines.
     pub fn shape(&self) -> Option<ShapeId> {
         match self {
-            Self::Area { shape, .. } => Some(*shape),
+            Self::Area { shape, .. } | Self::DirectionalArea { shape, .. } => Some(*shape),
+            _ => None,
+        }
+    }
+
+    /// The texture by which a shape shines unevenly.
+    pub fn texture(&self) -> Option<TextureId> {
+        match self {
+            Self::Area { texture, .. } | Self::DirectionalArea { texture, .. } => *texture,
             _ => None,
         }
     }
@@ -143,6 +165,7 @@ impl Emitter {
             Self::Directional { irradiance, .. } | Self::Projector { irradiance, .. } => {
                 *irradiance
             }
+            Self::DirectionalArea { exitance, .. } => *exitance,
             Self::Area { radiance, .. } | Self::Constant { radiance } => *radiance,
             Self::Envmap(map) => map.peak(),
         }

@@ -45,6 +45,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
         ),
         colour(scene),
         area_lights(scene),
+        normal_lights(scene),
         environments(scene),
         item(
             "opaque surfaces",
@@ -139,16 +140,31 @@ pub fn is_grey(scene: &Scene) -> bool {
 }
 
 fn area_lights(scene: &Scene) -> Requirement {
-    let shapes = scene.emitters().iter().filter_map(Emitter::shape);
-    let ids: Vec<&str> = shapes
-        .map(|shape| scene.objects()[shape.0 as usize].id.as_str())
-        .collect();
+    let areas = scene.emitters().iter().filter(|it| !it.is_delta());
     item(
         "area lights",
-        &ids,
+        &shapes_of(scene, areas),
         "shines from a surface: two more dimensions",
         "no emitter is a surface",
     )
+}
+
+fn normal_lights(scene: &Scene) -> Requirement {
+    let along = scene.emitters().iter().filter(|it| it.is_delta());
+    item(
+        "light along normals",
+        &shapes_of(scene, along),
+        "shines along its normals: for photons and paths",
+        "no surface shines along its normals",
+    )
+}
+
+/// The ids of the shapes that shine, of some emitters.
+fn shapes_of<'a>(scene: &'a Scene, emitters: impl Iterator<Item = &'a Emitter>) -> Vec<&'a str> {
+    let shapes = emitters.filter_map(Emitter::shape);
+    shapes
+        .map(|shape| scene.objects()[shape.0 as usize].id.as_str())
+        .collect()
 }
 
 fn environments(scene: &Scene) -> Requirement {

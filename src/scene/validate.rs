@@ -50,26 +50,7 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     }
     material_check::attributes(parts)?;
     let known = |shape: &ShapeId| (shape.0 as usize) < parts.shapes.len();
-    for emitter in &parts.emitters {
-        if !non_negative(emitter.strength()) {
-            return fail(format!(
-                "emitter \"{}\": its strength is {:?}; finite numbers >= 0 are allowed",
-                emitter.plugin(),
-                emitter.strength().0
-            ));
-        }
-        if let Emitter::Area { shape, texture, .. } = emitter {
-            if !known(shape) {
-                return fail(format!("an area emitter refers to shape {}", shape.0));
-            }
-            if texture.is_some_and(|id| id.0 as usize >= parts.textures.len()) {
-                return fail(format!(
-                    "the area emitter on shape {} has no such texture",
-                    shape.0
-                ));
-            }
-        }
-    }
+    check_emitters(parts, &file)?;
     let mut shining: Vec<ShapeId> = parts.emitters.iter().filter_map(Emitter::shape).collect();
     shining.sort_unstable();
     if let Some(pair) = shining.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -107,6 +88,71 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// Checks the emitters, one by one.
+fn check_emitters(parts: &SceneParts, file: &super::SourcePosition) -> Result<(), SceneError> {
+    let fail = |message: String| {
+        Err(SceneError {
+            at: file.clone(),
+            message,
+        })
+    };
+    let known = |shape: &ShapeId| (shape.0 as usize) < parts.shapes.len();
+    for emitter in &parts.emitters {
+        if !non_negative(emitter.strength()) {
+            return fail(format!(
+                "emitter \"{}\": its strength is {:?}; finite numbers >= 0 are allowed",
+                emitter.plugin(),
+                emitter.strength().0
+            ));
+        }
+        if let Some(shape) = emitter.shape() {
+            let plugin = emitter.plugin();
+            if !known(&shape) {
+                return fail(format!("an {plugin} emitter refers to shape {}", shape.0));
+            }
+            if emitter
+                .texture()
+                .is_some_and(|id| id.0 as usize >= parts.textures.len())
+            {
+                return fail(format!(
+                    "the {plugin} emitter on shape {} has no such texture",
+                    shape.0
+                ));
+            }
+            let index = shape.0 as usize;
+            if let (Emitter::DirectionalArea { .. }, Some(reason)) =
+                (emitter, bent(&parts.shapes[index]))
+            {
+                let object = &parts.objects[index];
+                return Err(SceneError {
+                    at: object.declared_at.clone(),
+                    message: format!(
+                        "a directionalarea emitter is on shape \"{}\" ({}), {reason}; rectangle, disk, sphere, cube \
+                         and meshes with flat faces are allowed",
+                        object.id, object.plugin
+                    ),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The reason why a shape cannot shine along its normals; `None` if it can. Light that converges, or whose
+/// direction changes over a face, has no closed form on a receiver.
+fn bent(shape: &Shape) -> Option<&'static str> {
+    match shape {
+        Shape::Rectangle(_) | Shape::Disk(_) => None,
+        Shape::Sphere(sphere) => sphere.is_inward().then_some("whose normals point inward"),
+        Shape::Cylinder(_) => Some("which is bent"),
+        Shape::Mesh(mesh) => {
+            let mut faces = 0..mesh.triangle_count() as u32;
+            let is_bent = faces.any(|face| mesh.even_shading_normal(face).is_none());
+            is_bent.then_some("whose vertex normals differ within a face")
+        }
+    }
+}
+
 /// Warnings about meshes, given their materials.
 ///
 /// Degenerate and doubled faces matter on any surface. Open edges and inward orientation matter if a material
@@ -114,8 +160,7 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
 pub(super) fn mesh_warnings(parts: &SceneParts) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let shines_at = |index: usize| {
-        let is_its_own =
-            |one: &Emitter| matches!(one, Emitter::Area { shape, .. } if shape.0 as usize == index);
+        let is_its_own = |one: &Emitter| one.shape().is_some_and(|shape| shape.0 as usize == index);
         parts.emitters.iter().any(is_its_own)
     };
     for (index, (shape, object)) in parts.shapes.iter().zip(&parts.objects).enumerate() {

@@ -26,11 +26,12 @@ pub enum NotFollowed {
         /// Mitsuba's name of its material, or of that inside a wrapper.
         plugin: &'static str,
     },
-    /// An emitter that varies over a surface.
+    /// A surface that shines along its normals.
     #[error(
-        "emitter {index} ({plugin}) has a texture: light starts at surfaces that shine evenly; use --method path"
+        "emitter {index} ({plugin}) shines along the normals of a surface: beams, probes and techniques start at \
+         points and directions without a border; use --method photons or --method path"
     )]
-    Textured {
+    AlongNormals {
         /// Index of the emitter in the file's order, from 0.
         index: usize,
         /// Mitsuba's name of the emitter.
@@ -60,31 +61,20 @@ pub enum NotFollowed {
     },
 }
 
-/// Fails if photons cannot start, or cannot be followed: see [`NotFollowed`].
+/// Fails if photons cannot be followed: see [`NotFollowed`].
 ///
 /// # Errors
 ///
-/// The first shape or emitter that is not followed.
+/// The first shape that light is not followed by.
 pub fn check(scene: &Scene) -> Result<(), NotFollowed> {
     for object in scene.objects() {
         check_material(scene, &object.id, object.material)?;
     }
-    match emitter(scene, |it| {
-        matches!(
-            it,
-            Emitter::Area {
-                texture: Some(_),
-                ..
-            }
-        )
-    }) {
-        Some((index, plugin)) => Err(NotFollowed::Textured { index, plugin }),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 /// The same for methods whose light starts in as few dimensions as a point's, and changes with nothing but
-/// its falloff: no environments, no images.
+/// its falloff: no environments, no images, no surfaces that shine along their normals.
 ///
 /// # Errors
 ///
@@ -94,10 +84,17 @@ pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
     if let Some((index, plugin)) = emitter(scene, |it| it.slide().is_some()) {
         return Err(NotFollowed::ThrowsImage { index, plugin });
     }
+    if let Some((index, plugin)) = emitter(scene, shines_along_normals) {
+        return Err(NotFollowed::AlongNormals { index, plugin });
+    }
     match emitter(scene, Emitter::is_environment) {
         Some((index, plugin)) => Err(NotFollowed::AllRound { index, plugin }),
         None => Ok(()),
     }
+}
+
+fn shines_along_normals(emitter: &Emitter) -> bool {
+    matches!(emitter, Emitter::DirectionalArea { .. })
 }
 
 /// The first emitter of a kind that is not black: its index and Mitsuba's name.

@@ -387,6 +387,9 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
          <boolean name=\"raw\" value=\"true\"/><string name=\"filename\" value=\"{height}\"/></texture>\
          <bsdf type=\"dielectric\"/></bsdf></shape>"
     );
+    let board = "<shape type=\"sphere\"><emitter type=\"area\"><texture type=\"checkerboard\" name=\"radiance\"/>\
+        </emitter></shape>";
+    let along = "<shape type=\"disk\"><emitter type=\"directionalarea\"/></shape>";
     let sky = "<emitter type=\"constant\"/>";
     let hidden =
         "<integrator type=\"path\"><boolean name=\"hide_emitters\" value=\"true\"/></integrator>";
@@ -422,6 +425,14 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
         (
             FLOOR,
             &[BALL, sky, POINT],
+            Photons,
+            PhotonMap,
+            &["caustic-indirect"],
+        ),
+        (FLOOR, &[BALL, board], Photons, PhotonMap, &[]),
+        (
+            FLOOR,
+            &[BALL, along],
             Photons,
             PhotonMap,
             &["caustic-indirect"],

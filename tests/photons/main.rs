@@ -4,6 +4,7 @@
     reason = "oracles and figures of a test, no results"
 )]
 
+mod along_normals;
 mod bounds;
 mod closed_form_monte_carlo;
 mod closed_form_scenes;
@@ -21,6 +22,7 @@ mod random;
 mod receiver_meshes;
 mod rough;
 mod statistics;
+mod textured_lamps;
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -183,6 +183,19 @@ impl Mesh {
         if along < 0.0 { -1.0 } else { 1.0 }
     }
 
+    /// The shading normal of a face, a unit vector, if it is the same all over the face to rounding.
+    pub fn even_shading_normal(&self, face: u32) -> Option<DVec3> {
+        /// Sums of a few unit vectors, and a quotient by their length.
+        const ROUNDING: f64 = 1e-13;
+        if self.normals.is_empty() {
+            return Some(self.face_normal(face));
+        }
+        let [a, b, c] = self.triangles[face as usize].map(|vertex| self.normals[vertex as usize]);
+        let is_even = a.distance(b).max(a.distance(c)) <= ROUNDING;
+        let sign = if self.flip_normals { -1.0 } else { 1.0 };
+        is_even.then_some(a * sign)
+    }
+
     /// The unit geometric normal of a face; zero for a face without area.
     pub fn face_normal(&self, face: u32) -> DVec3 {
         let [a, b, c] = self.corners(face);

@@ -139,7 +139,11 @@ impl Disk {
 
     /// Turns the Cartesian parameters that [`Self::surface_point`] leaves into Mitsuba's polar ones.
     pub(in crate::geometry) fn uv(point: &SurfacePoint) -> DVec2 {
-        let DVec2 { x, y } = point.uv;
+        Self::polar(point.uv)
+    }
+
+    /// The surface parameters of a place, which is given by coordinates along the half axes.
+    pub fn polar(DVec2 { x, y }: DVec2) -> DVec2 {
         DVec2::new(math::hypot(x, y).min(1.0), turn_fraction(y, x))
     }
 }

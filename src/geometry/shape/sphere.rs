@@ -201,7 +201,12 @@ impl Sphere {
 
     pub(in crate::geometry) fn uv(&self, point: &SurfacePoint) -> DVec2 {
         // By way of the normal, which keeps its digits if the center is far from the origin.
-        let outward = point.geometric_normal * self.signed_curvature.signum() * self.radius;
+        self.uv_along(point.geometric_normal * self.signed_curvature.signum())
+    }
+
+    /// The surface parameters at the end of the radius along a unit vector.
+    pub fn uv_along(&self, direction: DVec3) -> DVec2 {
+        let outward = direction * self.radius;
         let local = self.to_local.vector(outward);
         let theta = math::atan2(math::hypot(local.x, local.y), local.z);
         DVec2::new(

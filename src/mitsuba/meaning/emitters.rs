@@ -19,10 +19,11 @@ use crate::scene::{BitmapTexture, Emitter, Envmap, EnvmapError, ShapeId, Slide, 
 use crate::setting::did_you_mean;
 
 /// Every plugin that becomes an emitter.
-const MODELLED: [&str; 7] = [
+const MODELLED: [&str; 8] = [
     "area",
     "constant",
     "directional",
+    "directionalarea",
     "envmap",
     "point",
     "projector",
@@ -48,7 +49,9 @@ pub fn read(
         "directional" => directional(tree, &plugin)?,
         "constant" => constant(tree, &plugin)?,
         "envmap" => envmap(&plugin, files, warnings)?,
-        "area" => return Err(plugin.error("must be inside the shape that shines")),
+        "area" | "directionalarea" => {
+            return Err(plugin.error("must be inside the shape that shines"));
+        }
         _ => return Err(not_modelled(&plugin)),
     };
     finish(plugin)?;
@@ -57,7 +60,8 @@ pub fn read(
 
 /// An emitter that belongs to a shape.
 ///
-/// Its radiance may be a texture.
+/// Its `radiance` may be a texture. That of a `directionalarea` is a radiant exitance: Mitsuba multiplies it
+/// by the shape's area, without the π of light in all directions.
 pub fn read_area(
     tree: &Tree,
     emitter: ObjectIndex,
@@ -66,23 +70,32 @@ pub fn read_area(
     files: &mut Files,
 ) -> Result<Emitter, LoadError> {
     let plugin = Plugin::new(tree, emitter);
-    match plugin.name() {
-        "area" => {}
+    let is_parallel = match plugin.name() {
+        "area" => false,
+        "directionalarea" => true,
         name if MODELLED.contains(&name) => {
-            return Err(plugin.error("cannot be inside a shape; only area can"));
+            return Err(plugin.error("cannot be inside a shape; only area and directionalarea can"));
         }
         _ => return Err(not_modelled(&plugin)),
-    }
+    };
     let texture = textures.emission(tree, &plugin, "radiance", files)?;
     let radiance = match texture {
         Some(_) => Rgb::WHITE,
         None => strength(tree, &plugin, "radiance")?,
     };
     finish(plugin)?;
-    Ok(Emitter::Area {
-        shape,
-        radiance,
-        texture,
+    Ok(if is_parallel {
+        Emitter::DirectionalArea {
+            shape,
+            exitance: radiance,
+            texture,
+        }
+    } else {
+        Emitter::Area {
+            shape,
+            radiance,
+            texture,
+        }
     })
 }
 

@@ -6,7 +6,7 @@ use super::settings::PathSettings;
 use crate::geometry::{Hit, Ray, Segment, SurfacePoint, TraversalCounters};
 use crate::numeric::Stream;
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, Scene};
+use crate::scene::Scene;
 use crate::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport};
 use crate::transport::camera::PixelRay;
 use crate::transport::lights::Lights;
@@ -80,7 +80,7 @@ impl PathNumbers {
 pub fn shining_shapes(scene: &Scene) -> Vec<bool> {
     let mut shines = vec![false; scene.objects().len()];
     for emitter in scene.emitters() {
-        if let Emitter::Area { shape, .. } = emitter {
+        if let Some(shape) = emitter.shape() {
             shines[shape.0 as usize] = true;
         }
     }

@@ -110,6 +110,7 @@ fn techniques(scene: &Scene, sensor: &Sensor) -> Vec<StudyMethod> {
 
 /// True if no light of a scene shines from a surface or from all round.
 fn is_without_size(scene: &Scene) -> bool {
-    let has_size = |emitter: &Emitter| !emitter.is_delta() && !emitter.strength().is_black();
+    let is_small = |emitter: &Emitter| emitter.is_delta() && emitter.shape().is_none();
+    let has_size = |emitter: &Emitter| !is_small(emitter) && !emitter.strength().is_black();
     !scene.emitters().iter().any(has_size)
 }

@@ -9,8 +9,9 @@ use super::look::ShareRange;
 use super::texel::DirectTexel;
 use crate::geometry::SurfacePoint;
 use crate::numeric::Stream;
-use crate::scene::Emitter;
+use crate::radiometry::Rgb;
 use crate::transport::domain::surface::{Area, LightPart, LightSurface, surface_point};
+use crate::transport::domain::textured::TexturedSurface;
 
 /// Largest relative error of a light's irradiance without shadow that is accepted without sampling.
 ///
@@ -29,24 +30,21 @@ const CORNERS: [(f64, f64); 4] = {
 };
 
 impl DirectLight<'_> {
-    /// Average irradiance of an area light over a texel: E = ∫ L cos θ cos θ′ / r² dA over light and texel,
-    /// with `each` samples in each replicate.
+    /// Average irradiance of an area light of a radiance [W/m²/sr] over a texel: E = ∫ L cos θ cos θ′ / r² dA
+    /// over light and texel, with `each` samples in each replicate.
     pub(super) fn area(
         &mut self,
         texel: usize,
-        emitter: &Emitter,
+        radiance: Rgb,
         light: &LightSurface,
         stream: &Stream,
         each: u32,
     ) -> Glance {
-        let Emitter::Area { radiance, .. } = emitter else {
-            return Glance::DARK;
-        };
         if let Some((value, error)) = self.unshadowed(texel, light) {
             return Glance {
                 value: DirectTexel {
-                    irradiance: *radiance * value,
-                    error: *radiance * error,
+                    irradiance: radiance * value,
+                    error: radiance * error,
                 },
                 passed: ShareRange::NOTHING_SEEN.with_share(1.0),
             };
@@ -57,11 +55,31 @@ impl DirectLight<'_> {
         });
         Glance {
             value: DirectTexel {
-                irradiance: *radiance * found.mean[0],
-                error: *radiance * found.error[0],
+                irradiance: radiance * found.mean[0],
+                error: radiance * found.error[0],
             },
             passed: found.passed,
         }
+    }
+
+    /// The same for a light with a texture, whose places are chosen by it.
+    pub(super) fn textured_area(
+        &mut self,
+        texel: usize,
+        radiance: Rgb,
+        light: &TexturedSurface,
+        stream: &Stream,
+        each: u32,
+    ) -> Glance {
+        self.sampled(texel, stream, each, |at, point, place| {
+            let (sample, value) = light.sample(place);
+            let Some(seen) = geometry_term(point, &sample) else {
+                return ([0.0; 3], 0.0);
+            };
+            let passed = at.transmittance(point, seen.towards, seen.reach);
+            ((radiance * value * seen.value).0, passed)
+        })
+        .into()
     }
 
     /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a texel, and a

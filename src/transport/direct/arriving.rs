@@ -1,12 +1,13 @@
 //! Light of a delta emitter at a point of the receiver.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::light::DirectLight;
 use crate::geometry::SurfacePoint;
 use crate::radiometry::Rgb;
 use crate::scene::Emitter;
 use crate::transport::domain::chart::Falloff;
+use crate::transport::domain::normal_light::NormalLight;
 
 /// Part of a spot's cone, at its border, in which its falloff counts as a step.
 const STEP: f64 = 1e-3;
@@ -24,7 +25,7 @@ impl DirectLight<'_> {
         if irradiance.is_black() {
             return (Rgb::BLACK, 0.0);
         }
-        let passed = self.transmittance(point, towards, distance);
+        let passed = self.passed(point, towards, distance);
         (irradiance, passed)
     }
 
@@ -35,8 +36,31 @@ impl DirectLight<'_> {
         if distance == 0.0 || irradiance.is_black() && ends_in_a_step(emitter) {
             0.0
         } else {
-            self.transmittance(point, towards, distance)
+            self.passed(point, towards, distance)
         }
+    }
+
+    /// True if some points of a texel, its corners among them, meet rays of a part and some do not.
+    pub(super) fn is_divided_by_end(&self, texel: usize, part: &NormalLight) -> bool {
+        /// A hair inside the texel: its border may be that of the light.
+        const PLACES: [f64; 3] = [1e-6, 0.5, 1.0 - 1e-6];
+        let mut met = [false; 2];
+        for (u, v) in PLACES.into_iter().flat_map(|u| PLACES.map(|v| (u, v))) {
+            if let Some(patch) = self.patch(texel, DVec2::new(u, v)) {
+                met[usize::from(part.meets(&patch.point).is_some())] = true;
+            }
+        }
+        met == [true; 2]
+    }
+
+    /// The share (0..=1) of light that passes along `-towards` to a point, from the emitter's part if it has
+    /// one: none if no ray from there meets the point.
+    fn passed(&mut self, point: &SurfacePoint, towards: DVec3, distance: f64) -> f64 {
+        let reach = match self.part {
+            None => Some(distance),
+            Some(part) => part.meets(point).map(|ray| ray.reach),
+        };
+        reach.map_or(0.0, |reach| self.transmittance(point, towards, reach))
     }
 }
 
@@ -62,9 +86,10 @@ pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3
             ..
         } => from(to_world.point(DVec3::ZERO), *intensity),
         Emitter::Projector { slide, irradiance } => from(slide.origin(), *irradiance),
-        Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => {
-            (Rgb::BLACK, DVec3::Z, f64::INFINITY)
-        }
+        Emitter::Area { .. }
+        | Emitter::DirectionalArea { .. }
+        | Emitter::Constant { .. }
+        | Emitter::Envmap(_) => (Rgb::BLACK, DVec3::Z, f64::INFINITY),
     }
 }
 

@@ -1,10 +1,12 @@
-//! Points that shine through an image: randomised quasi-Monte Carlo over a texel.
+//! Light that sends one ray to each point and has a pattern: randomised quasi-Monte Carlo over a texel.
 
 use super::arriving::unshadowed;
 use super::glance::Glance;
 use super::light::DirectLight;
+use super::sampled::Sampled;
 use crate::numeric::Stream;
 use crate::scene::Emitter;
+use crate::transport::domain::normal_light::NormalLight;
 
 impl DirectLight<'_> {
     /// Average irradiance of an emitter with an image over a texel, with `each` samples in each replicate.
@@ -25,5 +27,25 @@ impl DirectLight<'_> {
             (irradiance.0, at.transmittance(point, towards, distance))
         })
         .into()
+    }
+    /// The same for a part that shines along its normals by a texture; `emitter` is that of
+    /// [`NormalLight::without_size`]. Beyond the part, its light counts as hidden.
+    pub(super) fn patterned(
+        &mut self,
+        texel: usize,
+        (emitter, part): (&Emitter, &NormalLight),
+        stream: &Stream,
+        each: u32,
+    ) -> Sampled<3> {
+        self.sampled(texel, stream, each, |at, point, _| {
+            let (irradiance, towards, _) = unshadowed(point, emitter);
+            match part.meets(point) {
+                None => (irradiance.0, 0.0),
+                Some(ray) => {
+                    let passed = at.transmittance(point, towards, ray.reach);
+                    ((irradiance * ray.value).0, passed)
+                }
+            }
+        })
     }
 }

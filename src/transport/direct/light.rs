@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::{SurfacePoint, TraversalCounters};
 use crate::scene::Scene;
+use crate::transport::domain::normal_light::NormalLight;
 use crate::transport::receiver::{Receiver, ReceiverPatch};
 use crate::transport::visibility::transmittance;
 
@@ -13,6 +14,8 @@ pub(super) struct DirectLight<'a> {
     pub(super) receiver: &'a Receiver,
     /// Tells when to give up; values measured after that are thrown away.
     pub(super) stop: &'a (dyn Fn() -> bool + Sync),
+    /// The surface that bounds the light of an emitter without a size, if there is one.
+    pub(super) part: Option<&'a NormalLight>,
     pub(super) counters: TraversalCounters,
 }
 

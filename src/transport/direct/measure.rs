@@ -12,12 +12,17 @@ use super::texel::DirectTexel;
 use crate::geometry::TraversalCounters;
 use crate::numeric::{Stream, StreamKind};
 use crate::scene::{Emitter, Scene};
+use crate::transport::domain::normal_light::NormalLight;
 use crate::transport::domain::surface::LightSurface;
+use crate::transport::domain::textured::TexturedSurface;
 use crate::transport::lights::Environment;
 use crate::transport::receiver::Receiver;
 
 /// Samples of a texel and an area light, an environment or an image if no more are asked for.
 pub const AREA_SAMPLES: u32 = REPLICATES * SAMPLES;
+
+/// A scene, a receiver, and the wish to stop.
+type MeasuredScene<'a> = (&'a Scene, &'a Receiver, &'a (dyn Fn() -> bool + Sync));
 
 /// Direct irradiance of every texel, and the work it took.
 #[derive(Clone, Debug)]
@@ -39,72 +44,71 @@ pub fn direct(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Direct> {
     let stream = Stream::new(StreamKind::Sobol, seed).split(0x4c44);
-    // Light space refuses lights whose surface is not modelled.
-    let surfaces: Vec<Option<LightSurface>> = scene
-        .emitters()
-        .iter()
-        .map(|emitter| match emitter {
-            Emitter::Area { shape, .. } => {
-                LightSurface::new(&scene.world().shapes()[shape.0 as usize])
-            }
-            _ => None,
-        })
-        .collect();
     let mut result = Direct {
         texels: vec![DirectTexel::default(); receiver.texels()],
         counters: TraversalCounters::default(),
     };
-    for (index, (emitter, surface)) in scene.emitters().iter().zip(&surfaces).enumerate() {
+    for (index, emitter) in scene.emitters().iter().enumerate() {
         let stream = stream.split(index as u64);
         let run = (scene, receiver, stop);
-        let measured = if let Some(surface) = surface {
-            let area = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
-                at.area(texel, emitter, surface, stream, each)
-            };
-            result.by_samples(run, &stream, samples, false, area)?
-        } else if let Some(light) = Environment::of(emitter) {
-            let is_open = is_open(scene, receiver);
-            let all_round = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
-                at.environment(texel, &light, stream, each, is_open)
-            };
-            result.by_samples(run, &stream, samples, !is_open, all_round)?
-        } else if emitter.slide().is_some() {
-            let thrown = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
-                at.image(texel, emitter, stream, each)
-            };
-            result.by_samples(run, &stream, samples, false, thrown)?
-        } else {
-            let shafts = Shafts::new(scene, receiver, emitter);
-            let known = shafts
-                .as_ref()
-                .map(|shafts| (shafts, shafts.views(stop, &mut result.counters)));
-            let view = |texel: usize| {
-                let (shafts, views) = known.as_ref()?;
-                Some((*shafts, views.of(texel)))
-            };
-            let first = result.by_row(scene, receiver, stop, |at, texel| match view(texel) {
-                Some((_, TexelView::Same(share))) => at.glance(texel, emitter, Some(share)),
-                Some((shafts, TexelView::Divided(by))) if are_simple(by) => {
-                    at.divided(texel, emitter, shafts, by)
-                }
-                _ => at.glance(texel, emitter, None),
-            })?;
-            result.by_row(scene, receiver, stop, |at, texel| {
-                let value = first[texel].value;
-                match view(texel) {
-                    Some((_, TexelView::Same(_))) => value,
-                    Some((_, TexelView::Divided(by))) if are_simple(by) => value,
-                    _ if !is_near_edge(&first, texel, receiver) => value,
-                    Some((shafts, TexelView::Divided(by))) => {
-                        at.divided(texel, emitter, shafts, by).value
+        match emitter {
+            Emitter::Area { shape, texture, .. } => {
+                let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize]);
+                // Light space refuses lights whose surface is not modelled.
+                let Some(surface) = surface else { continue };
+                let mut textured = None;
+                let mut radiance = emitter.strength();
+                if let Some(id) = texture {
+                    let Some(light) = TexturedSurface::new(scene, *shape, *id, &surface) else {
+                        continue;
+                    };
+                    match light.even() {
+                        Some(value) => radiance = radiance * value,
+                        None => textured = Some(light),
                     }
-                    Some((_, TexelView::Unknown)) | None => at.edge(texel, emitter),
                 }
-            })?
-        };
-        for (sum, part) in result.texels.iter_mut().zip(measured) {
-            sum.irradiance += part.irradiance;
-            sum.error += part.error;
+                let area = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
+                    match &textured {
+                        Some(light) => at.textured_area(texel, radiance, light, stream, each),
+                        None => at.area(texel, radiance, &surface, stream, each),
+                    }
+                };
+                let measured = result.by_samples(run, &stream, samples, false, area)?;
+                result.add(measured);
+            }
+            Emitter::DirectionalArea { .. } => {
+                let parts = NormalLight::parts(scene, emitter).unwrap_or_default();
+                for (number, part) in parts.iter().enumerate() {
+                    let emitter = part.without_size();
+                    let measured = if part.has_pattern() {
+                        let stream = stream.split(number as u64);
+                        let one = (&emitter, part);
+                        result.by_pattern(run, &stream, samples, one)?
+                    } else {
+                        result.by_views(run, &emitter, Some(part))?
+                    };
+                    result.add(measured);
+                }
+            }
+            _ => {
+                let measured = if let Some(light) = Environment::of(emitter) {
+                    let is_open = is_open(scene, receiver);
+                    let all_round =
+                        |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
+                            at.environment(texel, &light, stream, each, is_open)
+                        };
+                    result.by_samples(run, &stream, samples, !is_open, all_round)?
+                } else if emitter.slide().is_some() {
+                    let thrown =
+                        |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
+                            at.image(texel, emitter, stream, each)
+                        };
+                    result.by_samples(run, &stream, samples, false, thrown)?
+                } else {
+                    result.by_views(run, emitter, None)?
+                };
+                result.add(measured);
+            }
         }
     }
     Some(result)
@@ -127,6 +131,57 @@ impl Direct {
         }
     }
 
+    fn add(&mut self, measured: Vec<DirectTexel>) {
+        for (sum, part) in self.texels.iter_mut().zip(measured) {
+            sum.irradiance += part.irradiance;
+            sum.error += part.error;
+        }
+    }
+
+    /// An emitter that sends one ray to each point, all of it or the rays that meet a part.
+    fn by_views(
+        &mut self,
+        (scene, receiver, stop): MeasuredScene,
+        emitter: &Emitter,
+        part: Option<&NormalLight>,
+    ) -> Option<Vec<DirectTexel>> {
+        // What is between a part and the receiver is not what is between the receiver and infinity.
+        let shafts = match part {
+            None => Shafts::new(scene, receiver, emitter),
+            Some(_) => None,
+        };
+        let known = shafts
+            .as_ref()
+            .map(|shafts| (shafts, shafts.views(stop, &mut self.counters)));
+        let view = |texel: usize| {
+            let (shafts, views) = known.as_ref()?;
+            Some((*shafts, views.of(texel)))
+        };
+        let run = (scene, receiver, stop);
+        let is_divided = |at: &DirectLight, texel: usize| {
+            part.is_some_and(|part| at.is_divided_by_end(texel, part))
+        };
+        let first = self.by_row(run, part, |at, texel| match view(texel) {
+            Some((_, TexelView::Same(share))) => at.glance(texel, emitter, Some(share)),
+            Some((shafts, TexelView::Divided(by))) if are_simple(by) => {
+                at.divided(texel, emitter, shafts, by)
+            }
+            _ => at.glance(texel, emitter, None),
+        })?;
+        self.by_row(run, part, |at, texel| {
+            let value = first[texel].value;
+            match view(texel) {
+                Some((_, TexelView::Same(_))) => value,
+                Some((_, TexelView::Divided(by))) if are_simple(by) => value,
+                _ if !is_near_edge(&first, texel, receiver) && !is_divided(at, texel) => value,
+                Some((shafts, TexelView::Divided(by))) => {
+                    at.divided(texel, emitter, shafts, by).value
+                }
+                Some((_, TexelView::Unknown)) | None => at.edge(texel, emitter),
+            }
+        })
+    }
+
     /// The mean of samples of every texel, and of `samples` of them where it is hard to measure, or
     /// `everywhere`. `measure` takes a texel, its stream and the samples of each replicate.
     ///
@@ -134,19 +189,20 @@ impl Direct {
     /// the others would be too bright on average.
     fn by_samples(
         &mut self,
-        (scene, receiver, stop): (&Scene, &Receiver, &(dyn Fn() -> bool + Sync)),
+        run: MeasuredScene,
         stream: &Stream,
         samples: u32,
         everywhere: bool,
         measure: impl Fn(&mut DirectLight, usize, &Stream, u32) -> Glance + Sync,
     ) -> Option<Vec<DirectTexel>> {
-        let first = self.by_row(scene, receiver, stop, |at, texel| {
+        let first = self.by_row(run, None, |at, texel| {
             measure(at, texel, &stream.split(texel as u64), SAMPLES)
         })?;
         let each = samples / REPLICATES;
         // Points of their own: the first points chose the texels, and this must not bias the second result.
         let again = stream.split(AGAIN);
-        self.by_row(scene, receiver, stop, |at, texel| {
+        let (_, receiver, _) = run;
+        self.by_row(run, None, |at, texel| {
             let value = first[texel].value;
             let is_hard = everywhere || is_near_edge(&first, texel, receiver) || is_rough(&value);
             if each > SAMPLES && is_hard {
@@ -157,12 +213,40 @@ impl Direct {
         })
     }
 
+    /// The light of a part that shines along its normals by a texture. It ends in an edge, which may cut off
+    /// less of a texel than samples find: what these may have missed is an error near the edge.
+    fn by_pattern(
+        &mut self,
+        run: MeasuredScene,
+        stream: &Stream,
+        samples: u32,
+        one: (&Emitter, &NormalLight),
+    ) -> Option<Vec<DirectTexel>> {
+        let first = self.by_row(run, None, |at, texel| {
+            Glance::from(at.patterned(texel, one, &stream.split(texel as u64), SAMPLES))
+        })?;
+        let each = (samples / REPLICATES).max(SAMPLES);
+        let again = stream.split(AGAIN);
+        let (_, receiver, _) = run;
+        self.by_row(run, None, |at, texel| {
+            let value = first[texel].value;
+            let anew =
+                |at: &mut DirectLight| at.patterned(texel, one, &again.split(texel as u64), each);
+            if is_near_edge(&first, texel, receiver) {
+                Glance::from(anew(at).with_unseen(each)).value
+            } else if each > SAMPLES && is_rough(&value) {
+                Glance::from(anew(at)).value
+            } else {
+                value
+            }
+        })
+    }
+
     /// `measure` of every texel, on all cores; counts the work.
     fn by_row<T: Send>(
         &mut self,
-        scene: &Scene,
-        receiver: &Receiver,
-        stop: &(dyn Fn() -> bool + Sync),
+        (scene, receiver, stop): MeasuredScene,
+        part: Option<&NormalLight>,
         measure: impl Fn(&mut DirectLight, usize) -> T + Sync,
     ) -> Option<Vec<T>> {
         let rows: Option<Vec<(Vec<T>, TraversalCounters)>> = (0..receiver.height())
@@ -172,6 +256,7 @@ impl Direct {
                     scene,
                     receiver,
                     stop,
+                    part,
                     counters: TraversalCounters::default(),
                 };
                 let mut texels = Vec::with_capacity(receiver.width());

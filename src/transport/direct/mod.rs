@@ -11,10 +11,14 @@
 //! points lie a little outside of it. The tree goes down to `SHADOW_LEVELS` if these and the leaf do not all
 //! see the same share. A leaf that is still mixed there is booked as error.
 //!
+//! Light along the normals of a surface is that of a sun or a point for rays that meet the surface, and ends
+//! in an edge where the surface does. Texels that this edge runs through get the closer look, too.
+//!
 //! Area lights and environments are integrated over texel and light together by randomised quasi-Monte
-//! Carlo, and images that points shine through over the texel, with `AREA_SAMPLES` a texel. If more are
-//! asked for, texels around the edges of shadows and texels with large scatter are sampled anew, with that
-//! number. So are all texels below a sky, unless nothing is above the receiver.
+//! Carlo. Images that points shine through, and textures along normals, are integrated over the texel. Both
+//! take `AREA_SAMPLES` a texel. If more are asked for, texels around the edges of shadows and texels with
+//! large scatter are sampled anew, with that number. So are all texels below a sky, unless nothing is above
+//! the receiver.
 //!
 //! Averages are by surface area. A mesh may cover a texel in part, or have faces that stretch or lean
 //! differently within it. The parts concerned are cut into smaller ones, too (`EDGE_LEVELS` deep). The rest

@@ -52,6 +52,7 @@ impl Origin {
             Emitter::Directional { direction, .. } => Some(Self::Towards(-*direction)),
             Emitter::Projector { .. }
             | Emitter::Area { .. }
+            | Emitter::DirectionalArea { .. }
             | Emitter::Constant { .. }
             | Emitter::Envmap(_) => None,
         }

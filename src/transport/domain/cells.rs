@@ -4,13 +4,15 @@ use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::chart::{Falloff, LightChart};
+use super::normal_light::NormalLight;
 use super::patch::ChartPatch;
 use super::probe::Probe;
 use super::sky::Sky;
 use super::surface::{LightPart, LightSurface, MAX_TRIANGLES};
+use super::textured::TexturedPart;
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, Scene};
+use crate::scene::{Emitter, Scene, ShapeId, TextureId};
 use crate::transport::chain_limits::{self, NotFollowed};
 
 /// Number of cells at which division ends.
@@ -60,10 +62,12 @@ pub struct LightSpace {
 pub enum LightSpaceError {
     /// The shape of an area light has no charts.
     #[error(
-        "the area emitter on shape \"{shape}\" ({plugin}) is not modelled; area lights can be \
+        "the {emitter} emitter on shape \"{shape}\" ({plugin}) is not modelled; area lights can be \
          rectangle, disk, sphere, cube and meshes of at most {MAX_TRIANGLES} triangles"
     )]
     AreaShape {
+        /// Mitsuba's name of the emitter.
+        emitter: &'static str,
         /// The shape.
         shape: String,
         /// Mitsuba's name of the shape.
@@ -403,36 +407,26 @@ fn add_charts(
             });
         }
         Emitter::Area {
-            shape, radiance, ..
+            shape,
+            radiance,
+            texture,
         } => {
             let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize]);
             let Some(surface) = surface else {
-                let object = &scene.objects()[shape.0 as usize];
-                return Err(LightSpaceError::AreaShape {
-                    shape: object.id.clone(),
-                    plugin: object.plugin,
-                });
+                return Err(not_modelled(scene, emitter, *shape));
             };
-            for part in surface.parts() {
-                match *part {
-                    LightPart::Flat(area, normal) => {
-                        let (x, y) = normal.any_orthonormal_pair();
-                        charts.push(LightChart::Flat {
-                            area,
-                            axes: [x, y, normal],
-                            radiance: *radiance,
-                        });
-                    }
-                    LightPart::Ball { center, radius } => {
-                        charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| LightChart::Ball {
-                            center,
-                            radius,
-                            axes,
-                            radiance: *radiance,
-                        }));
-                    }
-                }
+            for numbered in surface.numbered() {
+                let light = (*shape, *radiance, *texture);
+                add_area_charts(scene, light, numbered, charts);
             }
+        }
+        Emitter::DirectionalArea { shape, .. } => {
+            let Some(parts) = NormalLight::parts(scene, emitter) else {
+                return Err(not_modelled(scene, emitter, *shape));
+            };
+            let faces = cube_faces(&DMat3::IDENTITY);
+            let all = parts.into_iter().flat_map(|part| part.charts(&faces));
+            charts.extend(all.map(Box::new).map(LightChart::Normal));
         }
         Emitter::Constant { .. } | Emitter::Envmap(_) => {
             // No ball if nothing mirrors or refracts.
@@ -441,6 +435,54 @@ fn add_charts(
         }
     }
     Ok(())
+}
+
+/// The charts over a part of a surface that shines in all directions.
+fn add_area_charts(
+    scene: &Scene,
+    (shape, mut radiance, texture): (ShapeId, Rgb, Option<TextureId>),
+    numbered: (u32, &LightPart),
+    charts: &mut Vec<LightChart>,
+) {
+    let mut textured = None;
+    if let Some(id) = texture {
+        let Some(part) = TexturedPart::new(scene, shape, id, numbered) else {
+            return;
+        };
+        match part.even() {
+            Some(value) => radiance = radiance * value,
+            None => textured = Some(Box::new(part)),
+        }
+    }
+    match *numbered.1 {
+        LightPart::Flat(area, normal) => {
+            let (x, y) = normal.any_orthonormal_pair();
+            charts.push(LightChart::Flat {
+                area,
+                axes: [x, y, normal],
+                radiance,
+                texture: textured,
+            });
+        }
+        LightPart::Ball { center, radius } => {
+            charts.extend(cube_faces(&DMat3::IDENTITY).map(|axes| LightChart::Ball {
+                center,
+                radius,
+                axes,
+                radiance,
+                texture: textured.clone(),
+            }));
+        }
+    }
+}
+
+fn not_modelled(scene: &Scene, emitter: &Emitter, shape: ShapeId) -> LightSpaceError {
+    let object = &scene.objects()[shape.0 as usize];
+    LightSpaceError::AreaShape {
+        emitter: emitter.plugin(),
+        shape: object.id.clone(),
+        plugin: object.plugin,
+    }
 }
 
 /// Frames of the six faces of a cube about the frame given by the columns of `frame`.

@@ -4,10 +4,13 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::face::{face_frustum, face_sample, rectangle_solid_angle};
+use super::normal_light::NormalLight;
 use super::patch::{ChartPatch, Emission};
 use super::probe::Probe;
 use super::sky::Sky;
 use super::surface::{Area, surface_point};
+use super::textured::TexturedPart;
 use crate::geometry::{Bounds, Ray};
 use crate::numeric::math;
 use crate::numeric::rotation;
@@ -125,8 +128,10 @@ pub enum LightChart {
         area: Area,
         /// Orthonormal frame; the third is the normal on the side that shines.
         axes: [DVec3; 3],
-        /// Radiance [W/m²/sr].
+        /// Radiance [W/m²/sr], a factor on the texture if there is one.
         radiance: Rgb,
+        /// The texture, if it varies over the surface: starts are in proportion to its light.
+        texture: Option<Box<TexturedPart>>,
     },
     /// Light from a ball. Coordinates are as of a face. The place on the disc that the ball shows in that
     /// direction takes two more dimensions.
@@ -137,9 +142,14 @@ pub enum LightChart {
         radius: f64,
         /// Frame as of a face.
         axes: [DVec3; 3],
-        /// Radiance [W/m²/sr].
+        /// Radiance [W/m²/sr], a factor on the texture if there is one.
         radiance: Rgb,
+        /// The texture, if it varies over the ball.
+        texture: Option<Box<TexturedPart>>,
     },
+    /// Light along the normals of a surface. Coordinates are places on a flat part, or as of a face about the
+    /// middle of a ball.
+    Normal(Box<NormalLight>),
     /// Light from all round.
     Sky(Sky),
 }
@@ -162,6 +172,7 @@ impl LightChart {
                     to: DVec2::new(x.1, y.1),
                 }
             }
+            Self::Normal(light) => light.root(),
             Self::Sky(sky) => sky.root(),
             Self::Projector { slide, .. } => {
                 let (from, to) = slide.extent();
@@ -180,6 +191,7 @@ impl LightChart {
             Self::Face { intensity, .. } => *intensity,
             Self::Parallel { irradiance, .. } | Self::Projector { irradiance, .. } => *irradiance,
             Self::Flat { radiance, .. } | Self::Ball { radiance, .. } => *radiance,
+            Self::Normal(light) => light.strength(),
             Self::Sky(sky) => sky.strength(),
         }
     }
@@ -187,6 +199,7 @@ impl LightChart {
     /// True if flux may be much more uneven within a patch than over the whole chart divided by its area.
     pub(super) fn is_uneven(&self, patch: &ChartPatch) -> bool {
         match self {
+            Self::Normal(light) => light.is_uneven(patch),
             Self::Sky(sky) => sky.is_uneven(patch),
             Self::Projector { slide, .. } => slide.is_coarser_than_a_texel(patch.to - patch.from),
             Self::Face { axes, slide, .. } => slide.as_ref().is_some_and(|slide| {
@@ -204,6 +217,7 @@ impl LightChart {
     /// The region that light of a patch can reach.
     pub fn probe(&self, patch: &ChartPatch) -> Probe {
         match *self {
+            Self::Normal(ref light) => light.probe(patch),
             Self::Sky(ref sky) => sky.probe(),
             Self::Face { origin, axes, .. } => face_frustum(origin, 0.0, &axes, patch),
             Self::Projector { ref slide, .. } => {
@@ -240,10 +254,11 @@ impl LightChart {
 
     /// The flux of a patch \[W\], or an upper bound; zero only if there is none.
     ///
-    /// It is a bound for spots, images, and for patches across the rim of a flat emitter's hemisphere, of
-    /// which it counts the whole.
+    /// It is a bound for spots, images, textures on discs and balls, and for patches across the rim of a disc
+    /// or of a flat emitter's hemisphere, of which it counts the whole.
     pub fn flux_bound(&self, patch: &ChartPatch) -> Rgb {
         match *self {
+            Self::Normal(ref light) => light.flux_bound(patch),
             Self::Sky(ref sky) => sky.flux_bound(patch),
             Self::Projector {
                 ref slide,
@@ -282,14 +297,26 @@ impl LightChart {
                 }
             }
             Self::Ball {
-                radius, radiance, ..
-            } => radiance * (PI * radius * radius * rectangle_solid_angle(patch)),
+                radius,
+                radiance,
+                ref texture,
+                ..
+            } => {
+                let flux = radiance * (PI * radius * radius * rectangle_solid_angle(patch));
+                texture.as_ref().map_or(flux, |it| flux * it.mean())
+            }
             Self::Parallel { irradiance, .. } => irradiance * patch.area(),
-            Self::Flat { area, radiance, .. } => {
+            Self::Flat {
+                area,
+                radiance,
+                ref texture,
+                ..
+            } => {
                 if nearest_to_zero(patch).length_squared() >= 1.0 {
                     return Rgb::BLACK;
                 }
-                radiance * (area.area() * patch.area())
+                let flux = radiance * (area.area() * patch.area());
+                texture.as_ref().map_or(flux, |it| flux * it.mean())
             }
         }
     }
@@ -299,6 +326,7 @@ impl LightChart {
     pub fn emit(&self, patch: &ChartPatch, at: DVec2, start: DVec2) -> Emission {
         let place = patch.at(at);
         match *self {
+            Self::Normal(ref light) => light.emit(patch, at),
             Self::Sky(ref sky) => sky.emit(place, patch.area(), start),
             Self::Face {
                 origin,
@@ -324,6 +352,7 @@ impl LightChart {
                 center,
                 radius,
                 axes,
+                ref texture,
                 ..
             } => {
                 let (direction, jacobian) = face_sample(&axes, place);
@@ -335,7 +364,9 @@ impl LightChart {
                 Emission {
                     ray: surface_point(center + normal * radius, normal).spawn(direction),
                     measure: PI * radius * radius * jacobian * patch.area(),
-                    color: None,
+                    color: texture
+                        .as_ref()
+                        .map(|it| it.value_along(normal.normalize())),
                 }
             }
             Self::Parallel {
@@ -351,17 +382,29 @@ impl LightChart {
                 measure: patch.area(),
                 color: None,
             },
-            Self::Flat { area, axes, .. } => {
+            Self::Flat {
+                area,
+                axes,
+                ref texture,
+                ..
+            } => {
                 let height_squared = 1.0 - place.length_squared();
                 let lit = height_squared > 0.0;
                 let direction = (axes[0] * place.x
                     + axes[1] * place.y
                     + axes[2] * height_squared.max(0.0).sqrt())
                 .normalize();
+                let (point, color) = match texture {
+                    None => (surface_point(area.point(start), axes[2]), None),
+                    Some(texture) => {
+                        let (point, color) = texture.sample(start);
+                        (point, Some(color))
+                    }
+                };
                 Emission {
-                    ray: surface_point(area.point(start), axes[2]).spawn(direction),
+                    ray: point.spawn(direction),
                     measure: if lit { area.area() * patch.area() } else { 0.0 },
-                    color: None,
+                    color,
                 }
             }
         }
@@ -371,42 +414,6 @@ impl LightChart {
 /// The unit vector through a point of a cube-map face.
 fn face_direction(axes: &[DVec3; 3], place: DVec2) -> DVec3 {
     face_sample(axes, place).0
-}
-
-/// The unit vector through a point of a cube-map face, and solid angle per unit of face area there: (1 + x² +
-/// y²)^(−3/2).
-#[inline]
-pub(super) fn face_sample(axes: &[DVec3; 3], place: DVec2) -> (DVec3, f64) {
-    let inverse_length = 1.0 / (1.0 + place.length_squared()).sqrt();
-    let direction = (axes[0] * place.x + axes[1] * place.y + axes[2]) * inverse_length;
-    (direction, inverse_length * inverse_length * inverse_length)
-}
-
-/// Solid angle \[sr\] of a patch of a cube-map face.
-///
-/// Ω = Σ ± atan(x y / √(1 + x² + y²)) over the corners, with plus if x and y are both a patch's high or both
-/// its low coordinates.
-fn rectangle_solid_angle(patch: &ChartPatch) -> f64 {
-    let corner = |x: f64, y: f64| math::atan2(x * y, (1.0 + x * x + y * y).sqrt());
-    corner(patch.to.x, patch.to.y)
-        - corner(patch.from.x, patch.to.y)
-        - corner(patch.to.x, patch.from.y)
-        + corner(patch.from.x, patch.from.y)
-}
-
-fn face_frustum(apex: DVec3, apex_radius: f64, axes: &[DVec3; 3], patch: &ChartPatch) -> Probe {
-    let [x, y, z] = *axes;
-    Probe::Frustum {
-        apex,
-        // Each plane holds the apex and one edge of the patch.
-        inward: [
-            (x - z * patch.from.x).normalize(),
-            (z * patch.to.x - x).normalize(),
-            (y - z * patch.from.y).normalize(),
-            (z * patch.to.y - y).normalize(),
-        ],
-        apex_radius,
-    }
 }
 
 /// The point of a patch nearest to (0, 0).
@@ -479,12 +486,14 @@ mod tests {
                 area: Area::Triangle([DVec3::ZERO, DVec3::X, DVec3::new(0.2, 0.7, 0.1)]),
                 axes: [DVec3::X, DVec3::Y, DVec3::Z],
                 radiance: Rgb::WHITE,
+                texture: None,
             },
             LightChart::Ball {
                 center: DVec3::new(1.0, 2.0, 3.0),
                 radius: 0.5,
                 axes: [DVec3::Y, DVec3::Z, DVec3::X],
                 radiance: Rgb::WHITE,
+                texture: None,
             },
             LightChart::Face {
                 origin: DVec3::new(5.0, 0.0, -1.0),

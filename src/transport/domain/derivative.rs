@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::chart::{LightChart, face_sample};
+use super::chart::LightChart;
+use super::face::face_sample;
 use crate::geometry::Ray;
 use crate::optics::RayDerivative;
 
@@ -23,8 +24,9 @@ pub struct DeltaEmission {
 impl LightChart {
     /// The ray at `place` (in chart coordinates) with its derivatives.
     ///
-    /// `None` for area emitters and environments, whose light at a place of the chart is more than one ray,
-    /// and for images, whose light changes in other ways.
+    /// `None` for area emitters and environments, whose light at a place of the chart is more than one ray.
+    /// Neither for images, whose light changes in other ways, nor for light along the normals of a surface,
+    /// which ends at the surface's border.
     ///
     /// `place` may lie beyond the chart's border: the coordinates go on.
     pub fn delta_emission(&self, place: DVec2) -> Option<DeltaEmission> {
@@ -66,12 +68,16 @@ impl LightChart {
                 measure: 1.0,
                 falloff: 1.0,
             }),
-            Self::Flat { .. } | Self::Ball { .. } | Self::Projector { .. } | Self::Sky(_) => None,
+            Self::Flat { .. }
+            | Self::Ball { .. }
+            | Self::Normal(_)
+            | Self::Projector { .. }
+            | Self::Sky(_) => None,
         }
     }
 
     /// The place on the chart of the ray that passes through `point`; `None` if this chart has none, and for
-    /// area emitters, environments and projectors.
+    /// emitters on surfaces, environments and projectors.
     pub fn place_towards(&self, point: DVec3) -> Option<DVec2> {
         match *self {
             Self::Face { origin, axes, .. } => {
@@ -83,7 +89,11 @@ impl LightChart {
                 across[0].dot(point - origin),
                 across[1].dot(point - origin),
             )),
-            Self::Flat { .. } | Self::Ball { .. } | Self::Projector { .. } | Self::Sky(_) => None,
+            Self::Flat { .. }
+            | Self::Ball { .. }
+            | Self::Normal(_)
+            | Self::Projector { .. }
+            | Self::Sky(_) => None,
         }
     }
 }

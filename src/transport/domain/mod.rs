@@ -8,10 +8,15 @@
 mod cells;
 pub mod chart;
 mod derivative;
+mod face;
+pub mod normal_light;
 pub mod patch;
+mod pattern;
+mod polygon;
 pub mod probe;
 pub mod sky;
 pub mod surface;
+pub mod textured;
 
 pub use cells::{LightCell, LightSpace, LightSpaceError};
 pub use derivative::DeltaEmission;

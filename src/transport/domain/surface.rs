@@ -46,6 +46,50 @@ impl Area {
         }
     }
 
+    /// The coordinates, along the edges or half axes, of [`point`](Self::point) at (u, v).
+    #[inline]
+    pub fn place(&self, at: DVec2) -> DVec2 {
+        match self {
+            Self::Parallelogram { .. } => at,
+            Self::Triangle(_) => {
+                let root = at.x.sqrt();
+                DVec2::new(root * (1.0 - at.y), root * at.y)
+            }
+            Self::Disk { .. } => {
+                let (sin, cos) = math::sin_cos(2.0 * PI * at.y);
+                DVec2::new(cos, sin) * at.x.sqrt()
+            }
+        }
+    }
+
+    /// The origin of such coordinates, and their axes.
+    pub fn axes(&self) -> (DVec3, [DVec3; 2]) {
+        match *self {
+            Self::Parallelogram { origin, edges } => (origin, edges),
+            Self::Triangle([a, b, c]) => (a, [b - a, c - a]),
+            Self::Disk { center, axes } => (center, axes),
+        }
+    }
+
+    /// The lowest and the highest coordinates.
+    pub fn extent(&self) -> (DVec2, DVec2) {
+        match self {
+            Self::Parallelogram { .. } | Self::Triangle(_) => (DVec2::ZERO, DVec2::ONE),
+            Self::Disk { .. } => (DVec2::NEG_ONE, DVec2::ONE),
+        }
+    }
+
+    /// True if coordinates are on it.
+    #[inline]
+    pub fn holds(&self, place: DVec2) -> bool {
+        let is_first_quadrant = place.x >= 0.0 && place.y >= 0.0;
+        match self {
+            Self::Parallelogram { .. } => is_first_quadrant && place.x <= 1.0 && place.y <= 1.0,
+            Self::Triangle(_) => is_first_quadrant && place.x + place.y <= 1.0,
+            Self::Disk { .. } => place.length_squared() <= 1.0,
+        }
+    }
+
     /// Area \[m²\].
     pub fn area(&self) -> f64 {
         match *self {
@@ -101,10 +145,26 @@ pub enum LightPart {
 }
 
 impl LightPart {
-    fn area(&self) -> f64 {
+    /// Area \[m²\].
+    pub fn area(&self) -> f64 {
         match self {
             Self::Flat(area, _) => area.area(),
             Self::Ball { radius, .. } => 4.0 * PI * radius * radius,
+        }
+    }
+
+    /// A point with its normal at `at` in [0, 1)², uniform over the part.
+    pub fn sample(&self, at: DVec2) -> SurfacePoint {
+        match self {
+            Self::Flat(area, normal) => surface_point(area.point(at), *normal),
+            Self::Ball { center, radius } => {
+                // Archimedes: belts of equal height have equal area.
+                let height = 1.0 - 2.0 * at.x;
+                let out = 2.0 * (at.x * (1.0 - at.x)).sqrt();
+                let (sin, cos) = math::sin_cos(2.0 * PI * at.y);
+                let normal = DVec3::new(out * cos, out * sin, height).normalize();
+                surface_point(*center + normal * *radius, normal)
+            }
         }
     }
 }
@@ -113,11 +173,16 @@ impl LightPart {
 #[derive(Clone, Debug)]
 pub struct LightSurface {
     parts: Vec<LightPart>,
+    /// The face of a mesh that each part is; else its number.
+    numbers: Vec<u32>,
     /// The whole of a rectangle, and its normal.
     rectangle: Option<(Area, DVec3)>,
     /// Sum of the areas of all parts up to and including each.
     cumulative: Vec<f64>,
 }
+
+/// A rectangle is divided into 4 x 4 parts: a smaller start makes a tighter test of the light's reach.
+pub const ACROSS: u32 = 4;
 
 /// Largest number of triangles in a mesh that shines. Each triangle has charts of its own, and more of them
 /// would not fit the number of cells.
@@ -127,16 +192,15 @@ impl LightSurface {
     /// The parts of a shape; `None` if the shape is not modelled as a light: a cylinder, a ball that shines
     /// inward, a mesh of more than [`MAX_TRIANGLES`] triangles.
     pub fn new(shape: &Shape) -> Option<Self> {
+        let mut numbers = Vec::new();
         let parts: Vec<LightPart> = match shape {
             Shape::Rectangle(rectangle) => {
-                // In 4 x 4 parts: a smaller start makes a tighter test of the light's reach.
-                const PARTS: u32 = 4;
                 let whole = rectangle.edges();
                 let corner = rectangle.center() - 0.5 * (whole[0] + whole[1]);
-                let edges = whole.map(|edge| edge / f64::from(PARTS));
-                (0..PARTS * PARTS)
+                let edges = whole.map(|edge| edge / f64::from(ACROSS));
+                (0..ACROSS * ACROSS)
                     .map(|i| {
-                        let (u, v) = (f64::from(i % PARTS), f64::from(i / PARTS));
+                        let (u, v) = (f64::from(i % ACROSS), f64::from(i / ACROSS));
                         let origin = corner + edges[0] * u + edges[1] * v;
                         LightPart::Flat(Area::Parallelogram { origin, edges }, rectangle.normal())
                     })
@@ -155,14 +219,21 @@ impl LightSurface {
             }],
             Shape::Mesh(mesh) if mesh.triangle_count() <= MAX_TRIANGLES => (0
                 ..mesh.triangle_count() as u32)
-                .map(|face| {
+                .filter_map(|face| {
                     let normal = mesh.face_normal(face) * mesh.shining_side(face);
-                    LightPart::Flat(Area::Triangle(mesh.corners(face)), normal)
+                    let part = LightPart::Flat(Area::Triangle(mesh.corners(face)), normal);
+                    let has_area = part.area() > 0.0;
+                    if has_area {
+                        numbers.push(face);
+                    }
+                    has_area.then_some(part)
                 })
-                .filter(|part| part.area() > 0.0)
                 .collect(),
             _ => return None,
         };
+        if numbers.is_empty() {
+            numbers = (0..parts.len() as u32).collect();
+        }
         let rectangle = match shape {
             Shape::Rectangle(rectangle) => {
                 let edges = rectangle.edges();
@@ -182,6 +253,7 @@ impl LightSurface {
             .collect();
         Some(Self {
             parts,
+            numbers,
             rectangle,
             cumulative,
         })
@@ -190,6 +262,11 @@ impl LightSurface {
     /// The parts.
     pub fn parts(&self) -> &[LightPart] {
         &self.parts
+    }
+
+    /// The parts, each with the face of a mesh that it is, or else its number.
+    pub fn numbered(&self) -> impl Iterator<Item = (u32, &LightPart)> {
+        self.numbers.iter().copied().zip(&self.parts)
     }
 
     /// The whole surface and its normal, if it is one parallelogram.
@@ -216,18 +293,7 @@ impl LightSurface {
         };
         let part = &self.parts[index];
         let across = ((wanted - before) / part.area()).clamp(0.0, 1.0);
-        let at = DVec2::new(across, at.y);
-        Some(match part {
-            LightPart::Flat(area, normal) => surface_point(area.point(at), *normal),
-            LightPart::Ball { center, radius } => {
-                // Archimedes: belts of equal height have equal area.
-                let height = 1.0 - 2.0 * at.x;
-                let out = 2.0 * (at.x * (1.0 - at.x)).sqrt();
-                let (sin, cos) = math::sin_cos(2.0 * PI * at.y);
-                let normal = DVec3::new(out * cos, out * sin, height).normalize();
-                surface_point(*center + normal * *radius, normal)
-            }
-        })
+        Some(part.sample(DVec2::new(across, at.y)))
     }
 }
 

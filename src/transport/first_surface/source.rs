@@ -93,6 +93,7 @@ impl Source {
             Emitter::Projector { .. }
             | Emitter::Spot { slide: Some(_), .. }
             | Emitter::Area { .. }
+            | Emitter::DirectionalArea { .. }
             | Emitter::Constant { .. }
             | Emitter::Envmap(_) => None,
         }

@@ -1,12 +1,13 @@
-//! Lights that a point sees in one direction only.
+//! Lights that a point sees in single directions only.
 
 use glam::DVec3;
 
 use super::sample::LightSample;
 use crate::geometry::SurfacePoint;
 use crate::radiometry::Rgb;
-use crate::scene::Emitter;
+use crate::scene::{Emitter, Scene};
 use crate::transport::domain::chart::Falloff;
+use crate::transport::domain::normal_light::NormalLight;
 
 /// A point, a spot or parallel light.
 #[derive(Clone, Debug)]
@@ -78,6 +79,49 @@ impl<'a> DeltaLight<'a> {
             pdf_solid_angle: 1.0,
             is_delta: true,
             emitter: 0,
+        })
+    }
+}
+
+/// A surface that shines along its normals.
+#[derive(Clone, Debug)]
+pub(super) struct NormalLights(Vec<(NormalLight, DeltaPlace, Rgb)>);
+
+impl NormalLights {
+    /// The parts of an emitter; none if its surface is not modelled.
+    pub(super) fn new(scene: &Scene, emitter: &Emitter) -> Self {
+        let parts = NormalLight::parts(scene, emitter).unwrap_or_default();
+        let seen = parts.into_iter().map(|part| {
+            let emitter = part.without_size();
+            let place = match emitter {
+                Emitter::Point { position, .. } => DeltaPlace::At(position, Falloff::None),
+                Emitter::Directional { direction, .. } => DeltaPlace::FarAway(direction),
+                _ => DeltaPlace::FarAway(DVec3::Z),
+            };
+            (part, place, emitter.strength())
+        });
+        Self(seen.collect())
+    }
+
+    /// The direction towards one of the parts, each chosen as often; `None` if that sends nothing to the
+    /// point.
+    pub(super) fn sample(&self, point: &SurfacePoint, u: f64) -> Option<LightSample> {
+        let count = self.0.len();
+        let index = ((u * count as f64) as usize).min(count.checked_sub(1)?);
+        let (part, place, strength) = &self.0[index];
+        let ray = part.meets(point)?;
+        let whole = DeltaLight {
+            place: place.clone(),
+            slide: None,
+            strength: *strength * ray.value,
+        };
+        let sample = whole.sample(point)?;
+        Some(LightSample {
+            distance: ray.reach,
+            reach: ray.reach,
+            radiance_over_pdf: sample.radiance_over_pdf * count as f64,
+            pdf_solid_angle: 1.0 / count as f64,
+            ..sample
         })
     }
 }

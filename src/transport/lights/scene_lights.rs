@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::area::AreaLight;
-use super::delta::DeltaLight;
+use super::delta::{DeltaLight, NormalLights};
 use super::environment::Environment;
 use super::sample::LightSample;
 use crate::geometry::{Hit, Ray, SurfacePoint};
@@ -29,6 +29,7 @@ pub struct Lights<'a> {
 #[derive(Clone, Debug)]
 enum SceneLight<'a> {
     Delta(DeltaLight<'a>),
+    Normal(NormalLights),
     Area(AreaLight<'a>),
     Environment(Environment<'a>),
 }
@@ -71,6 +72,9 @@ impl<'a> Lights<'a> {
                     direction,
                     irradiance,
                 } => SceneLight::Delta(DeltaLight::far_away(*direction, *irradiance)),
+                Emitter::DirectionalArea { .. } => {
+                    SceneLight::Normal(NormalLights::new(scene, emitter))
+                }
                 Emitter::Constant { radiance } => {
                     SceneLight::Environment(Environment::Constant(*radiance))
                 }
@@ -94,6 +98,7 @@ impl<'a> Lights<'a> {
         let emitter = ((u[0] * count as f64) as usize).min(count.checked_sub(1)?);
         let sample = match &self.list[emitter] {
             SceneLight::Delta(light) => light.sample(point),
+            SceneLight::Normal(light) => light.sample(point, u[1]),
             SceneLight::Area(light) => light.sample(point, [u[1], u[2]]),
             SceneLight::Environment(light) => light.sample([u[1], u[2]]),
         }?;

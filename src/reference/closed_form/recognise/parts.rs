@@ -139,6 +139,10 @@ fn light_origin(
             cutoff_angle: *cutoff_angle,
             beam_width: *beam_width,
         }),
+        Emitter::DirectionalArea { .. } => Err(Refusal::new(format!(
+            "{name} shines along the normals of a surface: closed forms know point, spot, directional, and area \
+             lights"
+        ))),
         Emitter::Area {
             texture: Some(_), ..
         } => Err(Refusal::new(format!(

@@ -31,7 +31,8 @@ SIDE = 32
 DIMMING = 65536.0
 # Photons a seed. More where emitters shine all round and few photons meet anything.
 PHOTONS = 1 << 18
-MORE_PHOTONS = {"glass-ball": 8, "glass-ball-mesh": 8, "floor-glass-ball": 8, "mirror-ring": 4, "pebble": 4, "lamp-in-glass": 2, "floor-water": 4, "floor-rough-plate": 8}
+MORE_PHOTONS = {"glass-ball": 8, "glass-ball-mesh": 8, "floor-glass-ball": 8, "mirror-ring": 4, "pebble": 4, "lamp-in-glass": 2, "floor-water": 4, "floor-rough-plate": 8,
+                "floor-lamps-along-normals": 6, "floor-lamps-textured": 8}
 SAMPLES = 64
 # Light by way of the ball is found by chance; the lens leaves little light that paths find at all. One matt surface lights others in the box.
 MORE_SAMPLES = {"cornell-caustics": 256, "cornell-glass": 512, "lens": 256}
@@ -40,7 +41,8 @@ SHIPPED = ["coffee-cup", "cornell-caustics", "cornell-glass", "cube", "diamond",
            "turntable-terrain", "water"]
 # Of the pinhole: its place, and how far it sees on either side.
 FLOORS = {"glass-ball": ([0, 0, 0.3], 2.0), "water": ([0, 0, 0.3], 0.9),
-          "rough-ball": ([0, 0, 0.3], 1.0), "rough-pebble": ([0, 0, 0.3], 1.0), "rough-plate": ([0, 0, 0.3], 1.0)}
+          "rough-ball": ([0, 0, 0.3], 1.0), "rough-pebble": ([0, 0, 0.3], 1.0), "rough-plate": ([0, 0, 0.3], 1.0),
+          "lamps-along-normals": ([0, 0, 0.3], 1.0), "lamps-textured": ([0, 0, 0.3], 1.0)}
 
 
 def pebble_ply():
@@ -125,6 +127,41 @@ def rough_scenes():
         yield name, f'<scene version="3.0.0">{default}{lamp}{floor}{thing}</scene>'
 
 
+def lamp_scenes():
+    """A floor with a meter, and glass under surfaces that shine along their normals, or by a texture."""
+    film = scenes.film("$size", "$size")
+    meter = f'<sensor type="irradiancemeter" id="floor"><sampler type="independent"/>{film}</sensor>'
+    floor = scenes.shape("rectangle", scenes.bsdf("diffuse", scenes.rgb("reflectance", 0.8)), meter)
+    glass = scenes.bsdf("dielectric", scenes.number("int_ior", 1.5))
+    ball = scenes.shape("sphere", scenes.to_world('<scale value="0.4"/><translate x="0.1" z="0.9"/>'), glass)
+
+    def picture(filter_type, to_uv=""):
+        turn = f'<transform name="to_uv">{to_uv}</transform>' if to_uv else ""
+        return ('<texture name="radiance" type="bitmap"><string name="filename" value="../../color.exr"/>'
+                f'<boolean name="raw" value="true"/>{scenes.string("filter_type", filter_type)}{turn}</texture>')
+
+    def lamp(kind, plugin, radiance, place):
+        return scenes.shape(kind, scenes.to_world(place), f'<emitter type="{plugin}">{radiance}</emitter>')
+
+    turn = '<scale x="1.3" y="0.7"/><rotate z="1" angle="33"/><translate x="0.2" y="-0.4"/>'
+    down = '<rotate x="1" angle="180"/>'
+    along = [
+        lamp("rectangle", "directionalarea", scenes.rgb("radiance", 9, 6, 4),
+             f'<scale x="0.5" y="0.3"/>{down}<rotate y="1" angle="20"/><translate x="0.7" y="-0.15" z="2.2"/>'),
+        lamp("rectangle", "directionalarea", picture("bilinear", turn), f'<scale value="0.55"/>{down}<translate x="-0.2" z="2"/>'),
+        lamp("disk", "directionalarea", scenes.rgb("radiance", 2, 3, 5), f'<scale value="0.6"/>{down}<translate x="0.3" y="-0.2" z="2.1"/>'),
+        lamp("sphere", "directionalarea", scenes.rgb("radiance", 90, 60, 40), '<scale value="0.1"/><translate x="-0.6" y="0.5" z="1.8"/>'),
+    ]
+    textured = [
+        lamp("rectangle", "area", picture("bilinear", turn), f'<scale x="0.5" y="0.3"/>{down}<rotate y="1" angle="20"/><translate x="0.7" z="2"/>'),
+        lamp("rectangle", "area", picture("nearest"), f'<scale value="0.3"/>{down}<rotate x="1" angle="25"/><translate x="-0.6" y="0.5" z="1.5"/>'),
+        lamp("sphere", "area", picture("bilinear"), '<scale value="0.2"/><rotate x="1" angle="70"/><translate x="-0.5" y="-0.6" z="1.6"/>'),
+    ]
+    default = '<default name="size" value="32"/>'
+    for name, lamps in [("lamps-along-normals", along), ("lamps-textured", textured)]:
+        yield name, f'<scene version="3.0.0">{default}{"".join(lamps)}{floor}{ball}</scene>'
+
+
 def pinhole(place, half_side):
     """A camera that looks down from a place over the floor z = 0: x to the right, y upwards."""
     view = mi.ScalarTransform4f().look_at(origin=place, target=[place[0], place[1], 0], up=[0, 1, 0])
@@ -191,7 +228,7 @@ def main():
     own = {}
     for name, text in own_scenes():
         own[name] = written(name, text)
-    rough = {name: written(name, text) for name, text in rough_scenes()}
+    metered = {name: written(name, text) for name, text in [*rough_scenes(), *lamp_scenes()]}
     for name in SHIPPED:
         if not chosen or f"path-{name}" in chosen:
             by_path(name)
@@ -200,7 +237,7 @@ def main():
             by_ptracer(name, f"ptracer-{name}", own.get(name, SCENES / f"{name}.xml"))
     for name, view in FLOORS.items():
         if not chosen or f"floor-{name}" in chosen:
-            by_ptracer(f"floor-{name}", f"floor-{name}", rough.get(name, SCENES / f"{name}.xml"), pinhole(*view))
+            by_ptracer(f"floor-{name}", f"floor-{name}", metered.get(name, SCENES / f"{name}.xml"), pinhole(*view))
 
 
 if __name__ == "__main__":
