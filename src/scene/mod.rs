@@ -1,6 +1,7 @@
 //! Scenes: shapes, materials, emitters and sensors, immutable and validated.
 
 mod coincidence;
+mod daylight;
 mod dispersion;
 mod dispersive;
 mod emitter;
@@ -15,11 +16,13 @@ mod parts;
 mod requirements;
 mod sensor;
 mod slide;
+mod sun_disc;
 mod texture;
 mod texture_lookup;
 mod validate;
 
 pub use crate::film::ReconstructionFilter;
+pub use daylight::Daylight;
 pub use dispersion::{DispersionError, MaterialsAtWavelength};
 pub use dispersive::Dispersive;
 pub use emitter::Emitter;
@@ -33,6 +36,7 @@ pub use parts::{SceneError, SceneParts};
 pub use requirements::{Requirement, is_achromatic, is_grey, requirements};
 pub use sensor::{Crop, Film, Perspective, Sensor, SensorKind};
 pub use slide::Slide;
+pub use sun_disc::SunDisc;
 pub use texture::{
     BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TextureWrap, luminance,
 };

@@ -150,6 +150,7 @@ fn the_suite_has_every_plugin_that_a_camera_can_meet() {
         "envmap",
         "point",
         "spot",
+        "sunsky",
         // sensors
         "orthographic",
         "perspective",

@@ -62,9 +62,10 @@ pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3
             ..
         } => from(to_world.point(DVec3::ZERO), *intensity),
         Emitter::Projector { slide, irradiance } => from(slide.origin(), *irradiance),
-        Emitter::Area { .. } | Emitter::Constant { .. } | Emitter::Envmap(_) => {
-            (Rgb::BLACK, DVec3::Z, f64::INFINITY)
-        }
+        Emitter::Area { .. }
+        | Emitter::Constant { .. }
+        | Emitter::Envmap(_)
+        | Emitter::Sunsky(_) => (Rgb::BLACK, DVec3::Z, f64::INFINITY),
     }
 }
 

@@ -53,7 +53,8 @@ impl Origin {
             Emitter::Projector { .. }
             | Emitter::Area { .. }
             | Emitter::Constant { .. }
-            | Emitter::Envmap(_) => None,
+            | Emitter::Envmap(_)
+            | Emitter::Sunsky(_) => None,
         }
     }
 

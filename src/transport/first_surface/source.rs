@@ -94,7 +94,8 @@ impl Source {
             | Emitter::Spot { slide: Some(_), .. }
             | Emitter::Area { .. }
             | Emitter::Constant { .. }
-            | Emitter::Envmap(_) => None,
+            | Emitter::Envmap(_)
+            | Emitter::Sunsky(_) => None,
         }
     }
 
