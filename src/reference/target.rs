@@ -111,6 +111,7 @@ impl Target {
             Material::Diffuse { .. }
             | Material::Plastic(_)
             | Material::RoughPlastic { .. }
+            | Material::Principled(_)
             | Material::RoughConductor { .. }
             | Material::RoughDielectric { .. }
             | Material::Turned { .. } => false,

@@ -9,7 +9,7 @@ use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::scene::{Daylight, Emitter, Scene, SunDisc};
 use nephroid::internals::spectrum::daylight::sunlight::SUN_DIAMETER;
 use nephroid::internals::spectrum::daylight::{
-    ClearSky, Clock, Place, solar_position, sun_irradiance,
+    ClearSky, Clock, Place, sun_direction, sun_irradiance,
 };
 use nephroid::internals::transport::lights::Lights;
 
@@ -55,7 +55,7 @@ fn on(month: i32, day: i32, minute: f64) -> Clock {
 
 /// The highest that the sun stands on a day, minute by minute.
 fn noon(month: i32, day: i32, place: &Place) -> DVec3 {
-    let minutes = (0..24 * 60).map(|minute| solar_position(&on(month, day, minute.into()), place));
+    let minutes = (0..24 * 60).map(|minute| sun_direction(&on(month, day, minute.into()), place));
     minutes.max_by(|a, b| a.z.total_cmp(&b.z)).unwrap()
 }
 
@@ -84,7 +84,7 @@ fn the_sun_stands_as_high_at_noon_as_the_axis_of_the_earth_is_inclined() {
 
 #[test]
 fn the_sun_rises_in_the_east_and_sets_in_the_west_when_day_and_night_are_equal() {
-    let sun = |hour: f64| solar_position(&on(3, 20, 60.0 * hour), &NORTHERN);
+    let sun = |hour: f64| sun_direction(&on(3, 20, 60.0 * hour), &NORTHERN);
     // The equation of time is 7.5 minutes: 1.9° of the sky, of which the elevation takes cos 40°.
     let [rise, set] = [sun(6.0), sun(18.0)];
     for (sun, west) in [(rise, -1.0), (set, 1.0)] {
@@ -134,14 +134,14 @@ fn the_sun_is_mitsubas_within_an_eighth_of_a_degree() {
             DVec3::new(-0.383_410_13, -0.719_442_61, 0.579_136_37),
         ),
     ] {
-        let angle = solar_position(&clock, &place)
+        let angle = sun_direction(&clock, &place)
             .angle_between(mitsuba)
             .to_degrees();
         assert!(angle < 0.13, "{angle} {mitsuba}");
     }
     // And the file's default is Tokyo's afternoon.
     let default = daylight("").sun.unwrap();
-    assert!(default.contains(solar_position(&clock(15.0, 0.0), &tokyo)));
+    assert!(default.contains(sun_direction(&clock(15.0, 0.0), &tokyo)));
 }
 
 #[test]

@@ -345,6 +345,21 @@ fn rough_materials_say_what_they_need() {
             "needs indices of refraction that differ",
         ),
         (
+            "principled",
+            "<float name=\"eta\" value=\"1.5\"/><float name=\"specular\" value=\"0.5\"/>",
+            "exclude each other",
+        ),
+        (
+            "principled",
+            "<float name=\"specular\" value=\"1.5\"/>",
+            "must be from 0 to 1, not 1.5",
+        ),
+        (
+            "principled",
+            "<float name=\"metallic\" value=\"2\"/>",
+            "must lie in 0..=1",
+        ),
+        (
             "roughplastic",
             "<float name=\"alpha\" value=\"0\"/>",
             "must be above 0, not 0",

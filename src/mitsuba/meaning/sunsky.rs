@@ -10,7 +10,7 @@ use crate::mitsuba::syntax::Tree;
 use crate::numeric::math;
 use crate::scene::{Daylight, Emitter, Envmap, SunDisc, Warning};
 use crate::spectrum::daylight::sunlight::SUN_DIAMETER;
-use crate::spectrum::daylight::{ClearSky, Clock, Place, solar_position, sun_irradiance};
+use crate::spectrum::daylight::{ClearSky, Clock, Place, sun_direction, sun_irradiance};
 
 /// The parameters of a place and a time, which a direction of the sun excludes.
 const PLACE_AND_TIME: [&str; 9] = [
@@ -87,7 +87,7 @@ pub fn read(
 /// A file may give it in the scene's frame (`sun_direction`), or a place and a time.
 fn towards_sun(plugin: &Plugin, to_world: &Transform) -> Result<DVec3, LoadError> {
     let Some((direction, at)) = plugin.vector("sun_direction")? else {
-        return Ok(solar_position(&clock(plugin)?, &place(plugin)?));
+        return Ok(sun_direction(&clock(plugin)?, &place(plugin)?));
     };
     if let Some(other) = PLACE_AND_TIME
         .into_iter()

@@ -23,5 +23,5 @@ pub mod tables;
 const Y_INTEGRAL: f64 = 106.750_259_399_414_06;
 
 pub use clear_sky::ClearSky;
-pub use solar_position::{Clock, Place, solar_position};
+pub use solar_position::{Clock, Place, sun_direction};
 pub use sunlight::sun_irradiance;

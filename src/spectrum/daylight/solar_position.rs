@@ -62,7 +62,7 @@ impl Clock {
 ///
 /// As in Mitsuba 3.9.1, x points south, y *west* and z up: a map of the world in these axes is its mirror
 /// image.
-pub fn solar_position(clock: &Clock, place: &Place) -> DVec3 {
+pub fn sun_direction(clock: &Clock, place: &Place) -> DVec3 {
     let days = clock.days(place);
     let omega = 2.1429 - 0.001_039_459_4 * days;
     let mean_longitude = 4.895_063 + 0.017_202_791_698 * days;
