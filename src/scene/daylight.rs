@@ -10,6 +10,9 @@ use crate::radiometry::Rgb;
 use crate::spectrum::daylight::ClearSky;
 
 /// A clear sky, and the sun in it if it shines.
+///
+/// As in Mitsuba, its radiance is per nanometre of wavelength where that of other emitters is not: it is the
+/// only light of most scenes, and ratios are right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Daylight {
     /// All but the sun itself.

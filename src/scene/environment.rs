@@ -23,12 +23,11 @@ use crate::spectrum::daylight::ClearSky;
 /// so the centers of the first and the last row are the poles, +y and −y, and the middle column looks along
 /// +z. Between centers radiance is bilinear in x and y; the last column's neighbour is the first.
 ///
-/// Of a clear sky the image is a drawing by which directions are chosen: radiance is that of its formula
-/// everywhere.
+/// A clear sky has an image by which directions are chosen, and the radiance of its formula everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Envmap {
     image: Arc<Bitmap>,
-    /// The sky that the image is a drawing of.
+    /// The sky that the image is of.
     sky: Option<Arc<ClearSky>>,
     /// A rotation, or one with a mirror: its inverse is its transpose.
     to_world: DMat3,
@@ -73,9 +72,12 @@ pub enum EnvmapError {
     Stretched,
 }
 
-/// Columns and rows of the drawing of a sky. The middle row is the horizon, so that no cell is on both sides
-/// of it.
-const DRAWING: (usize, usize) = (512, 257);
+/// Columns and rows of the image of a sky. The middle row is the horizon, so that no cell is on both sides of
+/// it.
+const SKY_IMAGE: (usize, usize) = (512, 257);
+
+/// A sky's radiance between four texels of its image, by the brightest of these, at most.
+const SKY_EXCESS: f64 = 1.05;
 
 /// Largest deviation of the lengths of axes from 1, with a scale taken out, and of their angles from right
 /// ones: matrices written with seven digits pass.
@@ -144,7 +146,7 @@ impl Envmap {
     ///
     /// If `to_world` changes angles.
     pub fn of_sky(sky: ClearSky, to_world: &Transform, scale: f64) -> Result<Self, EnvmapError> {
-        let (width, height) = DRAWING;
+        let (width, height) = SKY_IMAGE;
         let texels = (0..width * height).map(|index| {
             let [x, y] = [index % width, index / width].map(|it| it as f64);
             let (own, _) = direction_in(DVec2::new(x, y), (width, height));
@@ -155,6 +157,7 @@ impl Envmap {
         let drawn = Self::new(image.into(), to_world, scale)?;
         Ok(Self {
             sky: Some(sky.into()),
+            peak: drawn.peak * SKY_EXCESS,
             ..drawn
         })
     }
@@ -176,9 +179,18 @@ impl Envmap {
         self.scale
     }
 
-    /// The largest radiance of any texel, channel by channel [W/m²/sr]; of a sky, that of its drawing.
+    /// At least the radiance of any direction, channel by channel [W/m²/sr]; of an image, the largest of any
+    /// texel.
     pub fn peak(&self) -> Rgb {
         self.peak
+    }
+
+    /// At least the radiance [W/m²/sr] next to texels with these values, channel by channel.
+    ///
+    /// Bilinear values are no larger than those of their texels. A sky's formula is, by 2.1 % where the sun
+    /// is in the middle of four texels.
+    pub fn bound(&self, brightest: Rgb) -> Rgb {
+        brightest * (self.scale * if self.sky.is_some() { SKY_EXCESS } else { 1.0 })
     }
 
     /// True if red, green and blue are the same all round.

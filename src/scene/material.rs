@@ -258,7 +258,7 @@ impl Material {
             _ => (None, None),
         };
         let principled = match self {
-            Self::Principled(principled) => Some(principled.scalars()),
+            Self::Principled(principled) => Some(principled.scalars().map(|(_, scalar)| scalar)),
             _ => None,
         };
         let own = first.into_iter().chain(second);
@@ -319,11 +319,12 @@ impl Material {
             .any(|id| all[id.0 as usize].is_turned_interface(all))
     }
 
-    /// True if it is a `principled` with metal or glass, or wraps one.
+    /// True if it is a `principled` with metal or glass, or wraps one whose normals no texture turns.
     pub fn is_principled_interface(&self, all: &[Self]) -> bool {
         let mut nested = self.nested();
         match self {
             Self::Principled(principled) => principled.is_interface(),
+            Self::Turned { .. } => false,
             _ => nested.any(|id| all[id.0 as usize].is_principled_interface(all)),
         }
     }

@@ -150,14 +150,16 @@ fn coat(coat: &Coat) -> Option<String> {
 }
 
 fn principled(material: &Principled) -> Option<String> {
-    let is_wrong = |scalar: &Scalar| matches!(scalar, Scalar::Constant(number) if !(0.0..=1.0).contains(number));
     color("base_color", material.base_color)
         .or_else(|| ior("eta", material.eta))
         .or_else(|| {
-            let wrong = material.scalars().find(is_wrong)?;
-            Some(format!(
-                "a parameter is {wrong:?}; numbers in 0..=1 are allowed"
-            ))
+            material
+                .scalars()
+                .into_iter()
+                .find_map(|(name, scalar)| match scalar {
+                    Scalar::Constant(number) => factor(name, Rgb::grey(number)),
+                    Scalar::Texture(_) => None,
+                })
         })
 }
 

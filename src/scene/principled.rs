@@ -34,21 +34,20 @@ pub struct Principled {
 }
 
 impl Principled {
-    /// All its numbers that may vary.
-    pub fn scalars(&self) -> impl Iterator<Item = Scalar> {
+    /// All its numbers that may vary, with their names in a file.
+    pub fn scalars(&self) -> [(&'static str, Scalar); 10] {
         [
-            self.roughness,
-            self.anisotropic,
-            self.metallic,
-            self.spec_trans,
-            self.spec_tint,
-            self.sheen,
-            self.sheen_tint,
-            self.flatness,
-            self.clearcoat,
-            self.clearcoat_gloss,
+            ("roughness", self.roughness),
+            ("anisotropic", self.anisotropic),
+            ("metallic", self.metallic),
+            ("spec_trans", self.spec_trans),
+            ("spec_tint", self.spec_tint),
+            ("sheen", self.sheen),
+            ("sheen_tint", self.sheen_tint),
+            ("flatness", self.flatness),
+            ("clearcoat", self.clearcoat),
+            ("clearcoat_gloss", self.clearcoat_gloss),
         ]
-        .into_iter()
     }
 
     /// True if most of its light may be that of an interface: metal, or what light passes through.

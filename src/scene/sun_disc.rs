@@ -22,17 +22,17 @@ pub struct SunDisc {
 }
 
 impl SunDisc {
-    /// A disc about a direction (a unit vector) that fills twice `half_angle` (\[rad\], above 0 and below
-    /// π / 2), for an observer with the zenith `up`. It lights a surface across its direction with
-    /// `irradiance` [W/m²], if it is small and all above the horizon.
-    pub fn new(towards: DVec3, half_angle: f64, irradiance: Rgb, up: DVec3) -> Self {
+    /// A disc about a direction (a unit vector) that fills twice `half_angle` (\[rad\], above 0 and below π /
+    /// 2), for an observer with the zenith `up`. Its radiance times its solid angle is `fluence` [W/m²]: if
+    /// it is small, the irradiance of a surface across it.
+    pub fn new(towards: DVec3, half_angle: f64, fluence: Rgb, up: DVec3) -> Self {
         let mut sun = Self {
             frame: Frame::around(towards),
             up,
             half_angle,
             radiance: Rgb::BLACK,
         };
-        sun.radiance = irradiance / sun.solid_angle();
+        sun.radiance = fluence / sun.solid_angle();
         sun
     }
 

@@ -214,7 +214,7 @@ pub fn unseen_but_rough(scene: &Scene) -> Vec<String> {
     scattering(scene, is_coated_or_turned)
 }
 
-/// Coats over matt bases, and turned normals.
+/// What reflects by more than a matt surface or one interface: coats, `principled`, and turned normals.
 fn is_coated_or_turned(material: &Material) -> bool {
     matches!(
         material,

@@ -104,6 +104,10 @@ LATER_CASES = [
     principled(HUE, roughness=0.7, spec_trans=0.6, metallic=0.3, anisotropic=0.4, spec_tint=0.5, sheen=0.4, clearcoat=0.5, eta=0.8),
     f'<bsdf type="twosided">{principled(bitmap("color.png", "base_color"), roughness=0.3)}</bsdf>',
     principled(bitmap("height.png", "roughness") + bitmap("height.png", "spec_trans")),
+    principled(HUE, roughness=0.5, metallic=1, anisotropic=1),
+    principled(roughness=0.5, spec_trans=1, eta=1),
+    principled(roughness=0.5, spec_trans=0.5, specular=0),
+    f'<bsdf type="bumpmap">{bitmap("height.png", "map")}<float name="scale" value="0.8"/>{principled(HUE, clearcoat=1)}</bsdf>',
 ]
 
 DELTA_CASES = [

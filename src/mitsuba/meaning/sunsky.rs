@@ -27,7 +27,8 @@ const PLACE_AND_TIME: [&str; 9] = [
 
 /// A sky and its sun, by the direction of the sun or by a place and a time (Tokyo, 10 July 2010, 15:00).
 ///
-/// The sun is a disc as bright everywhere. Its irradiance is the same for any `sun_aperture`.
+/// The sun is a disc as bright everywhere. Its radiance times its solid angle is the same for any
+/// `sun_aperture`.
 pub fn read(
     tree: &Tree,
     plugin: &Plugin,
@@ -75,6 +76,11 @@ pub fn read(
     let sun = SunDisc::new(towards, half_angle, irradiance, up);
     let sun = (!irradiance.is_black()).then_some(sun);
     let sky = ClearSky::new(turbidity, albedo, local);
+    if sky.has_negative_channels() {
+        warn(
+            "some of the sky has colours outside of linear sRGB; negative channels are taken for 0, which Mitsuba keeps",
+        );
+    }
     let daylight = Daylight::new(sky, sun, &to_world, sky_scale).map_err(|error| match turn {
         Some((_, at)) => LoadError::new(plugin.place(at), format!("{}: {error}", plugin.what())),
         None => plugin.error(error.to_string()),
@@ -96,6 +102,8 @@ fn towards_sun(plugin: &Plugin, to_world: &Transform) -> Result<DVec3, LoadError
         let message = format!("and \"{other}\" exclude each other");
         return Err(plugin.parameter_error(at, "sun_direction", message));
     }
+    // Its length is of no use: without it no square overflows.
+    let direction = direction / direction.abs().max_element();
     (to_world.inverse().vector(direction).try_normalize())
         .ok_or_else(|| plugin.parameter_error(at, "sun_direction", "must not be zero"))
 }
@@ -119,14 +127,20 @@ fn clock(plugin: &Plugin) -> Result<Clock, LoadError> {
     })
 }
 
+/// The least angle of a sun, in degrees: below, rounding would move directions out of it.
+const LEAST_APERTURE: f64 = 1e-6;
+
 /// The angle that the sun fills \[rad\].
 fn aperture(plugin: &Plugin) -> Result<f64, LoadError> {
     match plugin.float_at("sun_aperture")? {
         None => Ok(SUN_DIAMETER),
         // The half angle is below a quarter turn: a disc has one side.
-        Some((degrees, _)) if degrees > 0.0 && degrees < 180.0 => Ok(degrees.to_radians()),
+        Some((degrees, _)) if (LEAST_APERTURE..180.0).contains(&degrees) => {
+            Ok(degrees.to_radians())
+        }
         Some((degrees, at)) => {
-            let message = format!("must be above 0 and below 180 degrees, not {degrees}");
+            let message =
+                format!("must be at least {LEAST_APERTURE} and below 180 degrees, not {degrees}");
             Err(plugin.parameter_error(at, "sun_aperture", message))
         }
     }
@@ -166,9 +180,12 @@ fn whole(
     most: i32,
 ) -> Result<i32, LoadError> {
     let number = within(plugin, name, default.into(), least.into(), most.into())?;
-    // In range, so the cast loses a fraction only.
-    if number.fract() == 0.0 {
-        return Ok(number as i32);
+    match plugin.float_at(name)? {
+        Some((_, at)) if number.fract() != 0.0 => {
+            let message = format!("must be a whole number, not {number}");
+            Err(plugin.parameter_error(at, name, message))
+        }
+        // In range: the cast loses nothing.
+        _ => Ok(number as i32),
     }
-    Err(plugin.error(format!("has a {name} of {number}, which is not whole")))
 }

@@ -52,6 +52,17 @@ impl ClearSky {
         }
     }
 
+    /// True if it has a channel below zero in one of 32 x 8 directions, evenly spread over the dome.
+    pub fn has_negative_channels(&self) -> bool {
+        (0..256).any(|index: u32| {
+            let up = (f64::from(index / 32) + 0.5) / 8.0;
+            let (sin, cos) = math::sin_cos(std::f64::consts::TAU * f64::from(index % 32) / 32.0);
+            let out = (1.0 - up * up).sqrt();
+            let direction = DVec3::new(out * cos, out * sin, up).normalize();
+            self.radiance(direction).min_channel() < 0.0
+        })
+    }
+
     /// Radiance [W/m²/sr/nm] that comes from a direction (a unit vector, z up); zero below the horizon.
     ///
     /// Channels may be negative: sRGB cannot show every colour, and the fit is not exact.

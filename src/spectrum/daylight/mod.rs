@@ -12,7 +12,8 @@
 //! haze.
 //!
 //! Radiance is in W/m²/sr/nm: a mean over the visible wavelengths, by the CIE's ȳ, as in Mitsuba 3.9.1
-//! (`sunsky`), where an equal-energy spectrum of 1 W/m²/sr/nm has the luminance 1.
+//! (`sunsky`). An equal-energy spectrum of 1 W/m²/sr/nm has the luminance 1. Scenes take these numbers as
+//! they are, where others have W/m²/sr.
 
 pub mod clear_sky;
 pub mod solar_position;

@@ -1,8 +1,8 @@
 //! The coefficients of the models, from `data/`.
 //!
-//! They are those of the authors' fits to brute-force simulations of the atmosphere, under the licence beside
-//! them, in the order in which Mitsuba 3.9.1 keeps them: little-endian single precision, the last index
-//! fastest.
+//! `tests/mitsuba/sunsky_tables.py` wrote them. They are those of the authors' fits to brute-force
+//! simulations of the atmosphere, under the licence beside them, in the order in which Mitsuba 3.9.1 keeps
+//! them: little-endian single precision, the last index fastest.
 
 /// Turbidities 1 to 10 of all tables.
 pub const TURBIDITIES: usize = 10;

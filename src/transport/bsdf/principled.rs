@@ -1,9 +1,9 @@
 //! Disney's principled material.
 //!
 //! B. Burley, "Physically-Based Shading at Disney" (SIGGRAPH 2012 course) and "Extending the Disney BRDF to a
-//! BSDF with Integrated Subsurface Scattering" (2015), with the choices of Mitsuba 3.9.1: the main interface
-//! is of GGX facets with Fresnel's formulas, and a matt base, a sheen and a second coat (GTR1) are on its
-//! front. With metallic m and transparent part t,
+//! BSDF with Integrated Subsurface Scattering" (2015), with the choices of Mitsuba 3.9.1. The main interface
+//! is of GGX facets with Fresnel's formulas. On its front are a matt base, a sheen and a second coat (GTR1).
+//! With metallic m and transparent part t,
 //!
 //! ```text
 //! f cos θₒ = F D G / (4 cos θᵢ)  +  (1 − m) t √c (1 − F) D G …  +  (1 − m)(1 − t) c/π (…) cos θₒ

@@ -108,7 +108,7 @@ impl Sky {
         }
     }
 
-    /// The disc's area [m²] by the solid angle [sr] of a patch, and its largest radiance.
+    /// The disc's area [m²] by the solid angle [sr] of a patch, and a bound of its radiance.
     pub(super) fn flux_bound(&self, patch: &ChartPatch) -> Rgb {
         let disc = self.disc_area();
         match &self.radiance {
@@ -165,8 +165,7 @@ impl Sky {
     }
 }
 
-/// The largest radiance [W/m²/sr] in a patch of an image, channel by channel: bilinear values are no larger
-/// than the texels around them.
+/// At least the radiance [W/m²/sr] in a patch of an image, channel by channel.
 fn brightest(map: &Envmap, patch: &ChartPatch) -> Rgb {
     let width = map.image().width();
     let first = map.cell(patch.from);
@@ -179,5 +178,5 @@ fn brightest(map: &Envmap, patch: &ChartPatch) -> Rgb {
             most = Rgb(std::array::from_fn(|c| most.0[c].max(texel[c])));
         }
     }
-    most * map.scale()
+    map.bound(most)
 }

@@ -107,7 +107,11 @@ impl<'a> Environment<'a> {
 
 /// The share of directions that are chosen for the sun: half, or all if the sky is black.
 fn sun_share(sky: &ImageLight) -> f64 {
-    if sky.rows.is_some() { 0.5 } else { 1.0 }
+    if sky.rows.is_some() && sky.map.scale() > 0.0 {
+        0.5
+    } else {
+        1.0
+    }
 }
 
 /// A direction, all of them as likely as each other.
