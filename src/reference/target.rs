@@ -124,6 +124,11 @@ impl Target {
             }
     }
 
+    /// Number of channels that light is followed in: 1 or 3.
+    pub fn channels(&self, scene: &Scene) -> u8 {
+        if self.is_achromatic(scene) { 1 } else { 3 }
+    }
+
     /// How many times the light's whole flux sums of one texel must have room for.
     ///
     /// A receiver's texel gets no more than all of it. What a pixel counts is flux by the
