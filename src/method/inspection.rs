@@ -235,7 +235,7 @@ impl<'a> Inspection<'a> {
                     strength: emitter.strength().0,
                     unit: match emitter.plugin() {
                         "directional" | "projector" => "W/m²",
-                        "area" | "constant" | "envmap" => "W/m²/sr",
+                        "area" | "constant" | "envmap" | "sunsky" => "W/m²/sr",
                         _ => "W/sr",
                     },
                 })

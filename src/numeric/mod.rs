@@ -23,4 +23,4 @@ pub use fixed_point::{FixedPoint, FixedPointError};
 pub use morton::{morton_code, spread_bits};
 pub use spherical_harmonics::{SphericalHarmonics, harmonic_fit, spherical_harmonics};
 pub use statistics::SampleMoments;
-pub use streams::{Extras, Stream, StreamKind};
+pub use streams::{Extras, PaddedStream, Stream, StreamKind};

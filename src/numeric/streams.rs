@@ -154,16 +154,21 @@ impl Stream {
     /// aligned block of points, which is as even as that of [`Stream::point4`].
     #[inline]
     pub fn padded4(&self, index: u64, group: u32) -> [f64; 4] {
-        let own = self.split(u64::from(group));
+        self.split(u64::from(group)).dealt4(index)
+    }
+
+    /// Point `index` of this stream as a group of another: see [`Stream::padded4`].
+    #[inline]
+    fn dealt4(&self, index: u64) -> [f64; 4] {
         match self.kind {
-            StreamKind::Random => own.random(index),
+            StreamKind::Random => self.random(index),
             StreamKind::Sobol => {
                 let block = index >> 32;
-                let key = hash_of_pair(own.extra, block, 0) as u32;
+                let key = hash_of_pair(self.extra, block, 0) as u32;
                 // A block of indices is a dyadic interval if the index is read as a fraction: scrambling
                 // keeps those.
                 let dealt = sobol::scramble((index as u32).reverse_bits(), key);
-                own.scrambled(block << 32 | u64::from(dealt), sobol::reversed_4(dealt))
+                self.scrambled(block << 32 | u64::from(dealt), sobol::reversed_4(dealt))
             }
         }
     }
@@ -204,6 +209,41 @@ impl Stream {
             let high = sobol::scramble(reversed[d], key);
             unit_interval(u64::from(high) << 32 | u64::from(low))
         })
+    }
+}
+
+/// A stream whose first groups are at hand: [`Stream::padded4`] of many indices, with the work that depends
+/// on the group done once.
+#[derive(Clone, Debug)]
+pub struct PaddedStream {
+    stream: Stream,
+    groups: Vec<Stream>,
+}
+
+impl PaddedStream {
+    /// Groups that are made beforehand: those of six surfaces of a path.
+    const KEPT: u32 = 13;
+    /// The least number of indices for which that pays.
+    const ENOUGH: u64 = 4;
+
+    /// A stream from which each group gives about `count` points.
+    pub fn new(stream: Stream, count: u64) -> Self {
+        let kept = if count < Self::ENOUGH { 0 } else { Self::KEPT };
+        Self {
+            stream,
+            groups: (0..kept)
+                .map(|group| stream.split(u64::from(group)))
+                .collect(),
+        }
+    }
+
+    /// [`Stream::padded4`].
+    #[inline]
+    pub fn padded4(&self, index: u64, group: u32) -> [f64; 4] {
+        match self.groups.get(group as usize) {
+            Some(own) => own.dealt4(index),
+            None => self.stream.padded4(index, group),
+        }
     }
 }
 
@@ -269,6 +309,19 @@ mod tests {
 
     /// Far more than 5 a cell, as the χ² approximation wants.
     const PAIRS: u64 = 1 << 16;
+
+    #[test]
+    fn groups_that_are_at_hand_have_the_same_points() {
+        for kind in KINDS {
+            let stream = Stream::new(kind, 4);
+            for count in [1, 16] {
+                let padded = PaddedStream::new(stream, count);
+                for (index, group) in [(0, 0), (7, 1), (1 << 40, 12), (3, 13), (5, 400)] {
+                    assert_eq!(padded.padded4(index, group), stream.padded4(index, group));
+                }
+            }
+        }
+    }
 
     #[test]
     fn one_point_is_uniform_over_seeds_splits_and_dimensions() {

@@ -111,6 +111,7 @@ impl Target {
             Material::Diffuse { .. }
             | Material::Plastic(_)
             | Material::RoughPlastic { .. }
+            | Material::Principled(_)
             | Material::RoughConductor { .. }
             | Material::RoughDielectric { .. }
             | Material::Turned { .. } => false,
@@ -121,6 +122,11 @@ impl Target {
                 Self::Receiver(_) => true,
                 Self::Camera { .. } => scene.materials().iter().all(is_grey),
             }
+    }
+
+    /// Number of channels that light is followed in: 1 or 3.
+    pub fn channels(&self, scene: &Scene) -> u8 {
+        if self.is_achromatic(scene) { 1 } else { 3 }
     }
 
     /// How many times the light's whole flux sums of one texel must have room for.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Envmap, ShapeId, Slide, TextureId};
+use super::{Daylight, Envmap, ShapeId, Slide, TextureId};
 use crate::geometry::Transform;
 use crate::radiometry::Rgb;
 
@@ -75,6 +75,8 @@ pub enum Emitter {
     },
     /// An image of the light from all directions, infinitely far away.
     Envmap(Envmap),
+    /// A clear sky with the sun in it, infinitely far away.
+    Sunsky(Daylight),
 }
 
 impl Emitter {
@@ -89,6 +91,7 @@ impl Emitter {
             Self::DirectionalArea { .. } => "directionalarea",
             Self::Constant { .. } => "constant",
             Self::Envmap(_) => "envmap",
+            Self::Sunsky(_) => "sunsky",
         }
     }
 
@@ -99,7 +102,10 @@ impl Emitter {
 
     /// True if its light comes from all round, infinitely far away.
     pub fn is_environment(&self) -> bool {
-        matches!(self, Self::Constant { .. } | Self::Envmap(_))
+        matches!(
+            self,
+            Self::Constant { .. } | Self::Envmap(_) | Self::Sunsky(_)
+        )
     }
 
     /// True if red, green and blue of all its light are known to be the same; for a texture they are not
@@ -157,8 +163,9 @@ impl Emitter {
         }
     }
 
-    /// Its strength, in the unit of its kind. For an environment's image: the largest of all directions,
-    /// channel by channel. For a textured shape and a point that shines through an image: the factor on it.
+    /// Its strength, in the unit of its kind. For an environment's image and a sky: the largest of all
+    /// directions, channel by channel. For a textured shape and a point that shines through an image: the
+    /// factor on it.
     pub fn strength(&self) -> Rgb {
         match self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity,
@@ -168,6 +175,7 @@ impl Emitter {
             Self::DirectionalArea { exitance, .. } => *exitance,
             Self::Area { radiance, .. } | Self::Constant { radiance } => *radiance,
             Self::Envmap(map) => map.peak(),
+            Self::Sunsky(daylight) => daylight.peak(),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Light from infinitely far away, all round.
+//! Light from infinitely far away, all round: an image, or a sky by formula with an image of it.
 
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::Arc;
@@ -9,6 +9,7 @@ use crate::film::bitmap::Bitmap;
 use crate::geometry::Transform;
 use crate::numeric::math;
 use crate::radiometry::Rgb;
+use crate::spectrum::daylight::ClearSky;
 
 /// An image laid round the scene: Mitsuba's `envmap`.
 ///
@@ -21,9 +22,13 @@ use crate::radiometry::Rgb;
 ///
 /// so the centers of the first and the last row are the poles, +y and −y, and the middle column looks along
 /// +z. Between centers radiance is bilinear in x and y; the last column's neighbour is the first.
+///
+/// A clear sky has an image by which directions are chosen, and the radiance of its formula everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Envmap {
     image: Arc<Bitmap>,
+    /// The sky that the image is of.
+    sky: Option<Arc<ClearSky>>,
     /// A rotation, or one with a mirror: its inverse is its transpose.
     to_world: DMat3,
     scale: f64,
@@ -66,6 +71,13 @@ pub enum EnvmapError {
     )]
     Stretched,
 }
+
+/// Columns and rows of the image of a sky. The middle row is the horizon, so that no cell is on both sides of
+/// it.
+const SKY_IMAGE: (usize, usize) = (512, 257);
+
+/// A sky's radiance between four texels of its image, by the brightest of these, at most.
+const SKY_EXCESS: f64 = 1.05;
 
 /// Largest deviation of the lengths of axes from 1, with a scale taken out, and of their angles from right
 /// ones: matrices written with seven digits pass.
@@ -118,10 +130,35 @@ impl Envmap {
         }
         Ok(Self {
             image,
+            sky: None,
             to_world,
             scale,
             peak: Rgb(peak.map(f64::from)) * scale,
             is_grey,
+        })
+    }
+
+    /// A clear sky, times `scale`, whose zenith `to_world` turns from +y.
+    ///
+    /// Radiance in a channel is at least zero: see [`ClearSky::radiance`].
+    ///
+    /// # Errors
+    ///
+    /// If `to_world` changes angles.
+    pub fn of_sky(sky: ClearSky, to_world: &Transform, scale: f64) -> Result<Self, EnvmapError> {
+        let (width, height) = SKY_IMAGE;
+        let texels = (0..width * height).map(|index| {
+            let [x, y] = [index % width, index / width].map(|it| it as f64);
+            let (own, _) = direction_in(DVec2::new(x, y), (width, height));
+            of_sky(&sky, own).0.map(|channel| channel as f32)
+        });
+        let size = EnvmapError::Size { width, height };
+        let image = Bitmap::new(width, texels.collect()).ok_or(size)?;
+        let drawn = Self::new(image.into(), to_world, scale)?;
+        Ok(Self {
+            sky: Some(sky.into()),
+            peak: drawn.peak * SKY_EXCESS,
+            ..drawn
         })
     }
 
@@ -142,9 +179,18 @@ impl Envmap {
         self.scale
     }
 
-    /// The largest radiance of any texel, channel by channel [W/m²/sr].
+    /// At least the radiance of any direction, channel by channel [W/m²/sr]; of an image, the largest of any
+    /// texel.
     pub fn peak(&self) -> Rgb {
         self.peak
+    }
+
+    /// At least the radiance [W/m²/sr] next to texels with these values, channel by channel.
+    ///
+    /// Bilinear values are no larger than those of their texels. A sky's formula is, by 2.1 % where the sun
+    /// is in the middle of four texels.
+    pub fn bound(&self, brightest: Rgb) -> Rgb {
+        brightest * (self.scale * if self.sky.is_some() { SKY_EXCESS } else { 1.0 })
     }
 
     /// True if red, green and blue are the same all round.
@@ -154,11 +200,18 @@ impl Envmap {
 
     /// Radiance [W/m²/sr] that comes from `direction`, a unit vector that points away from the scene.
     pub fn radiance(&self, direction: DVec3) -> Rgb {
-        self.at(self.coordinates(direction))
+        match &self.sky {
+            Some(sky) => of_sky(sky, self.to_world.transpose() * direction) * self.scale,
+            None => self.at(self.coordinates(direction)),
+        }
     }
 
     /// Radiance [W/m²/sr] at a column in 0..w and a row in 0..=h − 1.
     pub fn at(&self, coordinates: DVec2) -> Rgb {
+        if let Some(sky) = &self.sky {
+            let (own, _) = direction_in(coordinates, (self.image.width(), self.image.height()));
+            return of_sky(sky, own) * self.scale;
+        }
         self.cell(coordinates)
             .blend(|column, row| Rgb(self.image.texel(column, row)))
             * self.scale
@@ -181,10 +234,7 @@ impl Envmap {
 
     /// The direction of a column and a row, a unit vector, and the sine of its angle to the poles.
     pub fn direction(&self, coordinates: DVec2) -> (DVec3, f64) {
-        let (sin_phi, cos_phi) =
-            math::sin_cos(TAU * (coordinates.x + 0.5) / self.image.width() as f64);
-        let (sin, cos) = math::sin_cos(PI * coordinates.y / (self.image.height() - 1) as f64);
-        let own = DVec3::new(sin_phi * sin, cos, -cos_phi * sin);
+        let (own, sin) = direction_in(coordinates, (self.image.width(), self.image.height()));
         ((self.to_world * own).normalize(), sin)
     }
 
@@ -200,6 +250,21 @@ impl Envmap {
             weight: coordinates - DVec2::new(column as f64, row as f64),
         }
     }
+}
+
+/// The direction of a column and a row of an image of a size, in its own frame, and the sine of its angle to
+/// the poles.
+fn direction_in(coordinates: DVec2, (width, height): (usize, usize)) -> (DVec3, f64) {
+    let (sin_phi, cos_phi) = math::sin_cos(TAU * (coordinates.x + 0.5) / width as f64);
+    let (sin, cos) = math::sin_cos(PI * coordinates.y / (height - 1) as f64);
+    (DVec3::new(sin_phi * sin, cos, -cos_phi * sin), sin)
+}
+
+/// The radiance of a sky, whose z axis points up, in a direction of an image, whose y axis does.
+fn of_sky(sky: &ClearSky, own: DVec3) -> Rgb {
+    let DVec3 { x, y, z } = own;
+    sky.radiance(DVec3::new(x, -z, y))
+        .map(|channel| channel.max(0.0))
 }
 
 /// Four neighbouring texels, and a place between their centers.

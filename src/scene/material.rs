@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::principled::Principled;
 use super::texture::{Color, Scalar, TextureId};
 use crate::optics::{FacetDistribution, RoughTransmittance};
 use crate::radiometry::Rgb;
@@ -87,6 +88,8 @@ pub enum Material {
         /// The part of light that the coat lets through.
         transmittance: Arc<RoughTransmittance>,
     },
+    /// A matt base with a sheen and a second coat, metal and rough glass, all in shares.
+    Principled(Box<Principled>),
     /// Nothing: light passes as if the surface were not there.
     Null,
     /// `nested` with probability `opacity`, nothing otherwise.
@@ -172,6 +175,7 @@ impl Material {
             Self::RoughConductor { .. } => "roughconductor",
             Self::Plastic(_) => "plastic",
             Self::RoughPlastic { .. } => "roughplastic",
+            Self::Principled(_) => "principled",
             Self::Turned {
                 by: NormalTurn::Height { .. },
                 ..
@@ -238,6 +242,7 @@ impl Material {
                 by: NormalTurn::Normal { color },
                 ..
             } => (Some(*color), None),
+            Self::Principled(principled) => (Some(principled.base_color), None),
             _ => (None, None),
         };
         first.into_iter().chain(second)
@@ -252,7 +257,12 @@ impl Material {
             }
             _ => (None, None),
         };
-        first.into_iter().chain(second)
+        let principled = match self {
+            Self::Principled(principled) => Some(principled.scalars().map(|(_, scalar)| scalar)),
+            _ => None,
+        };
+        let own = first.into_iter().chain(second);
+        own.chain(principled.into_iter().flatten())
     }
 
     /// True if light can leave it along a specular chain: by mirror reflection or refraction, looking through
@@ -290,6 +300,7 @@ impl Material {
         let of = |id: MaterialId| all[id.0 as usize].is_rough_interface(all);
         match self {
             Self::RoughDielectric { .. } | Self::RoughConductor { .. } => true,
+            Self::Principled(principled) => principled.is_interface(),
             // The coat of plastic reflects some percent: a receiver's gloss.
             Self::Turned { nested, .. } => {
                 let nested = &all[nested.0 as usize];
@@ -306,6 +317,16 @@ impl Material {
         }
         self.nested()
             .any(|id| all[id.0 as usize].is_turned_interface(all))
+    }
+
+    /// True if it is a `principled` with metal or glass, or wraps one whose normals no texture turns.
+    pub fn is_principled_interface(&self, all: &[Self]) -> bool {
+        let mut nested = self.nested();
+        match self {
+            Self::Principled(principled) => principled.is_interface(),
+            Self::Turned { .. } => false,
+            _ => nested.any(|id| all[id.0 as usize].is_principled_interface(all)),
+        }
     }
 
     /// True if light passes it as if nothing were there, and has no other way to go.

@@ -1,8 +1,8 @@
 //! Conditions on materials and textures.
 
 use super::{
-    Coat, Color, Material, NormalTurn, Roughness, Scalar, SceneError, SceneParts, Texture,
-    TextureId,
+    Coat, Color, Material, NormalTurn, Principled, Roughness, Scalar, SceneError, SceneParts,
+    Texture, TextureId,
 };
 use crate::geometry::{Mesh, Shape};
 use crate::radiometry::Rgb;
@@ -149,6 +149,20 @@ fn coat(coat: &Coat) -> Option<String> {
         .or_else(|| color("specular_reflectance", coat.specular_reflectance))
 }
 
+fn principled(material: &Principled) -> Option<String> {
+    color("base_color", material.base_color)
+        .or_else(|| ior("eta", material.eta))
+        .or_else(|| {
+            material
+                .scalars()
+                .into_iter()
+                .find_map(|(name, scalar)| match scalar {
+                    Scalar::Constant(number) => factor(name, Rgb::grey(number)),
+                    Scalar::Texture(_) => None,
+                })
+        })
+}
+
 fn metal(eta: Rgb, k: Rgb) -> Option<String> {
     (!(non_negative(eta) && non_negative(k))).then(|| {
         format!(
@@ -210,6 +224,7 @@ fn problem_of(material: &Material) -> Option<String> {
             (!(*alpha > 0.0 && *alpha <= 1e70))
                 .then(|| format!("alpha is {alpha}; numbers above 0, up to 1e70, are allowed"))
         }),
+        Material::Principled(material) => principled(material),
         Material::Mask { opacity, .. } => match opacity {
             Scalar::Constant(opacity) if !(0.0..=1.0).contains(opacity) => Some(format!(
                 "opacity is {opacity}; numbers in 0..=1 are allowed"

@@ -1,6 +1,7 @@
 //! Scenes: shapes, materials, emitters and sensors, immutable and validated.
 
 mod coincidence;
+mod daylight;
 mod dispersion;
 mod dispersive;
 mod emitter;
@@ -12,14 +13,17 @@ mod model;
 mod notice;
 mod object;
 mod parts;
+mod principled;
 mod requirements;
 mod sensor;
 mod slide;
+mod sun_disc;
 mod texture;
 mod texture_lookup;
 mod validate;
 
 pub use crate::film::ReconstructionFilter;
+pub use daylight::Daylight;
 pub use dispersion::{DispersionError, MaterialsAtWavelength};
 pub use dispersive::Dispersive;
 pub use emitter::Emitter;
@@ -30,9 +34,11 @@ pub use model::Scene;
 pub use notice::{Ignored, SourcePosition, Warning};
 pub use object::{Object, ShapeId};
 pub use parts::{SceneError, SceneParts};
+pub use principled::Principled;
 pub use requirements::{Requirement, is_achromatic, is_grey, requirements};
 pub use sensor::{Crop, Film, Perspective, Sensor, SensorKind};
 pub use slide::Slide;
+pub use sun_disc::SunDisc;
 pub use texture::{
     BitmapTexture, Color, Scalar, Texture, TextureFilter, TextureId, TextureWrap, luminance,
 };

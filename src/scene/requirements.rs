@@ -25,7 +25,11 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
     let rough = names(scene, |object| {
         scene.material(object.material).is_glossy(scene.materials())
     });
-    let no_chain = if rough.is_empty() {
+    let may_refract = |object: &Object| {
+        let material = scene.material(object.material);
+        material.is_rough_interface(scene.materials())
+    };
+    let no_chain = if !scene.objects().iter().any(may_refract) {
         "nothing mirrors or refracts: there is no caustic"
     } else {
         "nothing mirrors or refracts without blur"
@@ -85,6 +89,15 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             }),
             "mirrors or refracts by normals of a texture: paths from a camera follow it, chains end there",
             "no texture turns the normals of what mirrors or refracts",
+        ),
+        item(
+            "principled interfaces",
+            &names(scene, |object| {
+                let material = scene.material(object.material);
+                material.is_principled_interface(scene.materials())
+            }),
+            "may mirror or refract: paths from a camera follow it, chains end there",
+            "no principled material has metal or glass",
         ),
         item(
             "partial masks",

@@ -7,7 +7,9 @@
 //! | [`index`] | an index of refraction as a function of the wavelength: Sellmeier, Cauchy |
 //! | [`glass`] | the index that a user names |
 //! | [`glasses`] | published glasses by name |
+//! | [`daylight`] | the light of a clear sky, and of the sun in it |
 
+pub mod daylight;
 pub mod glass;
 pub mod glasses;
 pub mod index;

@@ -144,10 +144,18 @@ pub fn left_out(scene: &Scene) -> Vec<String> {
     left_out_where(scene, Material::is_rough_interface, reason)
 }
 
-/// The same for photons, which go on from rough interfaces, but not where a texture turns the normal.
+/// The same for photons, which go on from rough interfaces, but neither where a texture turns the normal nor
+/// from `principled`.
 pub fn left_out_by_photons(scene: &Scene) -> Vec<String> {
     let reason = "photons do not go on where a texture turns the normal";
-    left_out_where(scene, Material::is_turned_interface, reason)
+    let mut warnings = left_out_where(scene, Material::is_turned_interface, reason);
+    let reason = "photons do not go on from principled; dielectric, roughdielectric and conductor send them on";
+    warnings.extend(left_out_where(
+        scene,
+        Material::is_principled_interface,
+        reason,
+    ));
+    warnings
 }
 
 /// The first shape with a rough interface, in words; `None` if there is none.
@@ -203,11 +211,14 @@ pub fn unseen_but_rough(scene: &Scene) -> Vec<String> {
     scattering(scene, is_coated_or_turned)
 }
 
-/// Coats over matt bases, and turned normals.
+/// What reflects by more than a matt surface or one interface: coats, `principled`, and turned normals.
 fn is_coated_or_turned(material: &Material) -> bool {
     matches!(
         material,
-        Material::Plastic(_) | Material::RoughPlastic { .. } | Material::Turned { .. }
+        Material::Plastic(_)
+            | Material::RoughPlastic { .. }
+            | Material::Principled(_)
+            | Material::Turned { .. }
     )
 }
 

@@ -34,12 +34,35 @@ impl<const N: usize> Flux<N> {
         self.0 == [0.0; N]
     }
 
+    /// The magnitudes of the channels.
+    #[inline]
+    #[must_use]
+    pub fn magnitude(self) -> Self {
+        Self(self.0.map(f64::abs))
+    }
+
+    /// The larger of two values, channel by channel.
+    #[inline]
+    #[must_use]
+    pub fn larger(self, other: Self) -> Self {
+        Self(std::array::from_fn(|channel| {
+            self.0[channel].max(other.0[channel])
+        }))
+    }
+
     /// The largest magnitude of a channel.
     #[inline]
     pub fn max_magnitude(self) -> f64 {
         self.0
             .iter()
             .fold(0.0, |largest: f64, channel| largest.max(channel.abs()))
+    }
+}
+
+impl<const N: usize> Default for Flux<N> {
+    /// No flux.
+    fn default() -> Self {
+        Self::BLACK
     }
 }
 

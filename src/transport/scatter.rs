@@ -237,6 +237,7 @@ impl<'a> Interaction<'a> {
             Material::Diffuse { .. }
             | Material::Plastic(_)
             | Material::RoughPlastic { .. }
+            | Material::Principled(_)
             | Material::Turned { .. }
             | Material::Mask { .. }
             | Material::TwoSided { .. } => {}

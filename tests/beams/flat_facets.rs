@@ -205,7 +205,12 @@ fn light_on_a_long_chain_remembers_its_first_event() {
     let folder = tempfile::TempDir::new().unwrap();
     let scene = over_floor(folder.path(), &things, 4);
     let (source, facets) = (Source::all(&scene)[0], Facets::new(&scene));
-    let paths = FacetPaths::new(&scene, &source, &facets, ShadingNormals::Flux);
+    let paths = FacetPaths {
+        scene: &scene,
+        source: &source,
+        facets: &facets,
+        shading_normals: ShadingNormals::Flux,
+    };
     let facet = |shape| facets.of(shape, 0).unwrap();
     let mut met = std::iter::once(facet(0)).chain([facet(1), facet(2)].into_iter().cycle());
     let mut chain = FacetChain::to(facet(0));

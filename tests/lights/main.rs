@@ -4,6 +4,7 @@
     reason = "oracles and figures of a test, no results"
 )]
 
+mod daylight;
 mod direct;
 mod emitters;
 mod environments;

@@ -88,6 +88,28 @@ CASES = [
     rough("roughdielectric", "ggx", 0.4, bitmap("color.png", "specular_transmittance")),
 ]
 
+def principled(rest="", **numbers):
+    floats = "".join(f'<float name="{name}" value="{value}"/>' for name, value in numbers.items())
+    return f'<bsdf type="principled">{floats}{rest}</bsdf>'
+
+
+HUE = '<rgb name="base_color" value="0.8, 0.3, 0.1"/>'
+# Appended: what comes before keeps its numbers.
+LATER_CASES = [
+    principled(),
+    principled(HUE, roughness=0.4, flatness=0.6, sheen=0.8, sheen_tint=0.5, specular=0.9),
+    principled(HUE, roughness=0.5, metallic=0.7, anisotropic=0.8, spec_tint=0.6),
+    principled(HUE, roughness=0.6, clearcoat=0.9, clearcoat_gloss=0.2, eta=1.2),
+    principled(HUE, roughness=0.5, spec_trans=1, eta=1.7),
+    principled(HUE, roughness=0.7, spec_trans=0.6, metallic=0.3, anisotropic=0.4, spec_tint=0.5, sheen=0.4, clearcoat=0.5, eta=0.8),
+    f'<bsdf type="twosided">{principled(bitmap("color.png", "base_color"), roughness=0.3)}</bsdf>',
+    principled(bitmap("height.png", "roughness") + bitmap("height.png", "spec_trans")),
+    principled(HUE, roughness=0.5, metallic=1, anisotropic=1),
+    principled(roughness=0.5, spec_trans=1, eta=1),
+    principled(roughness=0.5, spec_trans=0.5, specular=0),
+    f'<bsdf type="bumpmap">{bitmap("height.png", "map")}<float name="scale" value="0.8"/>{principled(HUE, clearcoat=1)}</bsdf>',
+]
+
 DELTA_CASES = [
     '<bsdf type="dielectric"/>',
     f'<bsdf type="dielectric">{TINTS}<float name="int_ior" value="1.2"/><float name="ext_ior" value="1.7"/></bsdf>',
@@ -140,7 +162,7 @@ def main():
     radiance, importance = mi.BSDFContext(), mi.BSDFContext(mi.TransportMode.Importance)
     with open(FOLDER / "bsdf_oracle.txt", "w") as file:
         print(f"# Mitsuba {mi.__version__}, scalar_rgb, by bsdf_oracle.py", file=file)
-        for text in CASES:
+        def evals(text):
             bsdf = load(text)
             print("case", text, file=file)
             for wi in WI:
@@ -148,7 +170,13 @@ def main():
                     si, to = interaction(wi), mi.Vector3f(direction(wo))
                     value = bsdf.eval(radiance, si, to)
                     flux = bsdf.eval(importance, si, to)
-                    print("eval", *wi, *wo, numbers(value, flux, bsdf.pdf(radiance, si, to)), file=file)
+                    # An opaque principled material has a density behind it, where it samples nothing.
+                    samples_nothing = bsdf.sample(radiance, si, 0.5, mi.Point2f(0.3, 0.6))[0].pdf == 0 and np.max(np.array(value)) == 0
+                    pdf = 0 if text.startswith('<bsdf type="principled"') and wi[0] > 90 and samples_nothing else bsdf.pdf(radiance, si, to)
+                    print("eval", *wi, *wo, numbers(value, flux, pdf), file=file)
+
+        for text in CASES:
+            evals(text)
         for text in DELTA_CASES:
             bsdf = load(text)
             print("case", text, file=file)
@@ -162,6 +190,8 @@ def main():
                     if np.max(np.array(weight)) == 0:
                         continue
                     print("delta", *wi, u, numbers(sample.wo, weight, flux, sample.pdf, sample.eta), file=file)
+        for text in LATER_CASES:
+            evals(text)
 
 
 if __name__ == "__main__":

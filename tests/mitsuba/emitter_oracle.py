@@ -142,19 +142,34 @@ THROWN = [
     '<float name="fov" value="60"/><string name="fov_axis" value="y"/></emitter>',
 ]
 
+def sunsky(*inside):
+    return f'<emitter type="sunsky">{"".join(inside)}</emitter>'
+
+
+# Wide suns, which rays meet by chance. The density of directions is another: Mitsuba has a mixture of Gaussians.
+SUNSKY = [
+    sunsky('<vector name="sun_direction" x="0.3" y="-0.5" z="0.6"/><float name="sun_aperture" value="50"/>'),
+    sunsky('<vector name="sun_direction" x="-0.5" y="0.5" z="0.05"/><float name="turbidity" value="5.5"/><float name="sun_scale" value="0"/>'),
+    sunsky('<vector name="sun_direction" x="0.2" y="0.9" z="-0.3"/><transform name="to_world"><rotate x="1" angle="-90"/></transform>'
+           '<float name="turbidity" value="9.3"/><rgb name="albedo" value="0.1, 0.5, 0.9"/><float name="sky_scale" value="3"/>'
+           '<float name="sun_scale" value="0.1"/><float name="sun_aperture" value="90"/>'),
+    sunsky('<vector name="sun_direction" x="1" y="0" z="0.4"/><float name="turbidity" value="1"/><float name="albedo" value="1"/>'
+           '<float name="sky_scale" value="0"/><float name="sun_aperture" value="120"/>'),
+]
+
 
 def main():
     write_images()
     mi.file_resolver().prepend(str(FOLDER))
     with open(FOLDER / "emitter_oracle.txt", "w") as file:
         print(f"# Mitsuba {mi.__version__}, scalar_rgb, by emitter_oracle.py", file=file)
-        for case in CASES + TEXTURED + DELTA + OPPOSED + THROWN:
+        for case in CASES + TEXTURED + DELTA + OPPOSED + THROWN + SUNSKY:
             scene = mi.load_string(f'<scene version="3.0.0">{case}</scene>')
             print("case", case, file=file)
             if case in DELTA + THROWN:
                 deltas(scene, file)
             else:
-                rays(scene, file, case not in TEXTURED)
+                rays(scene, file, case not in TEXTURED + SUNSKY)
 
 
 if __name__ == "__main__":

@@ -134,6 +134,7 @@ fn the_suite_has_every_plugin_that_a_camera_can_meet() {
         "normalmap",
         "null",
         "plastic",
+        "principled",
         "roughconductor",
         "roughdielectric",
         "roughplastic",
@@ -150,6 +151,7 @@ fn the_suite_has_every_plugin_that_a_camera_can_meet() {
         "envmap",
         "point",
         "spot",
+        "sunsky",
         // sensors
         "orthographic",
         "perspective",

@@ -345,6 +345,21 @@ fn rough_materials_say_what_they_need() {
             "needs indices of refraction that differ",
         ),
         (
+            "principled",
+            "<float name=\"eta\" value=\"1.5\"/><float name=\"specular\" value=\"0.5\"/>",
+            "exclude each other",
+        ),
+        (
+            "principled",
+            "<float name=\"specular\" value=\"1.5\"/>",
+            "must be from 0 to 1, not 1.5",
+        ),
+        (
+            "principled",
+            "<float name=\"metallic\" value=\"2\"/>",
+            "must lie in 0..=1",
+        ),
+        (
             "roughplastic",
             "<float name=\"alpha\" value=\"0\"/>",
             "must be above 0, not 0",
@@ -437,7 +452,7 @@ fn a_colour_of_vertices_needs_a_mesh_that_has_it() {
 fn what_no_shape_uses_is_ignored_even_where_it_is_not_modelled() {
     let parts = scene(
         "<integrator type=\"path_of_my_own\"><integer name=\"max_depth\" value=\"3\"/></integrator>\
-         <bsdf type=\"principled\" id=\"unused\"/><medium type=\"homogeneous\" id=\"fog\"/>",
+         <bsdf type=\"principledthin\" id=\"unused\"/><medium type=\"homogeneous\" id=\"fog\"/>",
     )
     .unwrap();
     let what: Vec<_> = parts
@@ -449,7 +464,7 @@ fn what_no_shape_uses_is_ignored_even_where_it_is_not_modelled() {
         what,
         [
             "integrator \"path_of_my_own\"",
-            "bsdf \"principled\" (id \"unused\")",
+            "bsdf \"principledthin\" (id \"unused\")",
             "medium \"homogeneous\" (id \"fog\")"
         ]
     );

@@ -245,6 +245,22 @@ fn a_balls_light_of_an_image_is_that_of_light_followed_backwards() {
 }
 
 #[test]
+fn a_balls_light_of_a_sky_and_its_sun_is_that_of_light_followed_backwards() {
+    // A sun that directions by cosine meet often enough: 4 % of the dome.
+    let sky = "<emitter type=\"sunsky\"><vector name=\"sun_direction\" x=\"0.5\" y=\"0.2\" z=\"0.6\"/>\
+        <float name=\"sun_aperture\" value=\"30\"/></emitter>";
+    let scene = scene(&format!("{sky}{BALL}"), 3.0, 6, None);
+    let [Emitter::Sunsky(daylight)] = scene.emitters() else {
+        panic!("a sky");
+    };
+    let found = by_photons(&scene, 1 << 20);
+    assert_same(
+        &found,
+        &backwards(3.0, 6, &|direction| daylight.radiance(direction)),
+    );
+}
+
+#[test]
 fn an_image_of_one_colour_is_even_light() {
     let grey = Sky {
         width: 8,

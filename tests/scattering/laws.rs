@@ -39,7 +39,12 @@ fn light_goes_the_same_way_back() {
                 rest.split('"').next().unwrap().parse().unwrap()
             })
         };
-        let indices = (index("int_ior", 1.5046), index("ext_ior", 1.000277));
+        let indices = if case.contains("principled") {
+            // By a specular of 1/2, if no index is given; light goes through no other.
+            (index("eta", 1.5), 1.0)
+        } else {
+            (index("int_ior", 1.5046), index("ext_ior", 1.000277))
+        };
         let n = |w: DVec3| if w.z < 0.0 { indices.0 } else { indices.1 };
         let mut met = 0;
         for (wi, wo) in directions(1, 400).zip(directions(2, 400)) {

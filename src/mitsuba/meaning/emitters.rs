@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 use super::field_of_view::{horizontal_fov, must_be_rigid};
 use super::plugin::Plugin;
 use super::spectra::{self, Role};
+use super::sunsky;
 use super::textures::Textures;
 use crate::film::bitmap::{Bitmap, BitmapEncoding};
 use crate::geometry::Transform;
@@ -19,7 +20,7 @@ use crate::scene::{BitmapTexture, Emitter, Envmap, EnvmapError, ShapeId, Slide, 
 use crate::setting::did_you_mean;
 
 /// Every plugin that becomes an emitter.
-const MODELLED: [&str; 8] = [
+const MODELLED: [&str; 9] = [
     "area",
     "constant",
     "directional",
@@ -28,6 +29,7 @@ const MODELLED: [&str; 8] = [
     "point",
     "projector",
     "spot",
+    "sunsky",
 ];
 
 /// The half angle of a `spot` if the file gives none, in degrees.
@@ -49,6 +51,7 @@ pub fn read(
         "directional" => directional(tree, &plugin)?,
         "constant" => constant(tree, &plugin)?,
         "envmap" => envmap(&plugin, files, warnings)?,
+        "sunsky" => sunsky::read(tree, &plugin, warnings)?,
         "area" | "directionalarea" => {
             return Err(plugin.error("must be inside the shape that shines"));
         }

@@ -12,11 +12,11 @@ use crate::mitsuba::files::Files;
 use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree, shortened};
 use crate::optics::{FacetDistribution, RoughTransmittance};
 use crate::radiometry::Rgb;
-use crate::scene::{Coat, Color, Material, MaterialId, NormalTurn, Roughness};
+use crate::scene::{Coat, Color, Material, MaterialId, NormalTurn, Principled, Roughness};
 use crate::setting::did_you_mean;
 
 /// Every plugin that becomes a material.
-const MODELLED: [&str; 13] = [
+const MODELLED: [&str; 14] = [
     "bumpmap",
     "conductor",
     "dielectric",
@@ -25,6 +25,7 @@ const MODELLED: [&str; 13] = [
     "normalmap",
     "null",
     "plastic",
+    "principled",
     "roughconductor",
     "roughdielectric",
     "roughplastic",
@@ -127,6 +128,7 @@ impl Materials {
             "roughdielectric" => self.rough_dielectric(tree, &plugin, files)?,
             "plastic" => Material::Plastic(self.coat(tree, &plugin, files)?),
             "roughplastic" => self.rough_plastic(tree, &plugin, files)?,
+            "principled" => self.principled(tree, &plugin, files)?,
             "null" => Material::Null,
             "mask" => Material::Mask {
                 opacity: self.textures.share(tree, &plugin, "opacity", 0.5, files)?,
@@ -212,6 +214,45 @@ impl Materials {
             alpha_u: of("alpha_u")?,
             alpha_v: of("alpha_v")?,
         })
+    }
+
+    /// A principled material. The index is `eta`, or follows from `specular`, its reflectance at normal
+    /// incidence by 0.08. Sampling rates change how Mitsuba samples, and no result.
+    fn principled(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Material, LoadError> {
+        for rate in [
+            "diffuse_reflectance_sampling_rate",
+            "main_specular_sampling_rate",
+            "clearcoat_sampling_rate",
+        ] {
+            plugin.float_or(rate, 1.0)?;
+        }
+        let base_color = self
+            .textures
+            .color(tree, plugin, "base_color", 0.5, files)?;
+        let mut share = |name, default| self.textures.share(tree, plugin, name, default, files);
+        let roughness = share("roughness", 0.5)?;
+        let mut part = |name| share(name, 0.0);
+        let spec_trans = part("spec_trans")?;
+        let eta = principled_index(plugin, spec_trans.may_exceed_zero())?;
+        Ok(Material::Principled(Box::new(Principled {
+            base_color,
+            roughness,
+            anisotropic: part("anisotropic")?,
+            metallic: part("metallic")?,
+            spec_trans,
+            eta,
+            spec_tint: part("spec_tint")?,
+            sheen: part("sheen")?,
+            sheen_tint: part("sheen_tint")?,
+            flatness: part("flatness")?,
+            clearcoat: part("clearcoat")?,
+            clearcoat_gloss: part("clearcoat_gloss")?,
+        })))
     }
 
     fn dielectric(
@@ -399,6 +440,7 @@ impl Materials {
             | Material::RoughConductor { .. }
             | Material::Plastic(_)
             | Material::RoughPlastic { .. } => true,
+            Material::Principled(principled) => !principled.spec_trans.may_exceed_zero(),
             Material::Turned { nested, .. } => self.is_one_sided(*nested),
             Material::Dielectric { .. }
             | Material::ThinDielectric { .. }
@@ -421,6 +463,31 @@ fn distribution(plugin: &Plugin) -> Result<FacetDistribution, LoadError> {
             .choice_or("distribution", &["beckmann", "ggx"], "beckmann")
             .map(|_| FacetDistribution::Beckmann),
     }
+}
+
+/// The index of a principled material, inside by outside. Where light passes through, it is no interface at
+/// 1: Mitsuba then takes 1.001, and a `specular` of 0.001.
+fn principled_index(plugin: &Plugin, is_glass: bool) -> Result<f64, LoadError> {
+    let specular = plugin.float_at("specular")?;
+    if let Some((eta, at)) = plugin.float_at("eta")? {
+        if specular.is_some() {
+            return Err(plugin.parameter_error(at, "eta", "and \"specular\" exclude each other"));
+        }
+        return Ok(if is_glass && eta == 1.0 { 1.001 } else { eta });
+    }
+    let reflectance = match specular {
+        Some((specular, at)) if !(0.0..=1.0).contains(&specular) => {
+            let message = format!("must be from 0 to 1, not {specular}");
+            return Err(plugin.parameter_error(at, "specular", message));
+        }
+        found => found.map_or(0.5, |(specular, _)| specular),
+    };
+    let reflectance = if is_glass && reflectance == 0.0 {
+        1e-3
+    } else {
+        reflectance
+    };
+    Ok(2.0 / (1.0 - (0.08 * reflectance).sqrt()) - 1.0)
 }
 
 /// Absolute indices inside and outside, which a rough interface needs to differ.

@@ -18,6 +18,7 @@ mod plugin;
 mod scene;
 mod sensors;
 mod spectra;
+mod sunsky;
 mod textures;
 
 pub use scene::{Meaning, read};

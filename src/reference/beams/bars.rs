@@ -14,15 +14,13 @@
 //! bar = max|d| + max(m) + max(s)          over 3 x 3 texels
 //! ```
 //!
-//! The factors cover every texel of the scenes with a closed form at tolerances from coarse to fine
-//! (`tests/beams/bars.rs`, `docs/beams.md`). They are measured, not proved: a feature that no node of any
+//! That covers every texel of the scenes with a closed form at tolerances from coarse to fine
+//! (`tests/beams/bars.rs`, `docs/beams.md`). It is measured, not proved: a feature that no node of any
 //! cell saw is in none of the sums.
 
 use super::film::{BeamFilm, FilmTexel, TexelSums};
+use super::sums::Sums;
 use crate::transport::flux::Flux;
-
-/// Factor of |d|.
-const OF_CHANGE: f64 = 1.0;
 
 /// Relative error of light that is known exactly but for rounding. A deposit is a dozen operations on a path
 /// of a dozen more, with condition numbers of a hundred.
@@ -33,18 +31,8 @@ const LIKELY: f64 = 0.25;
 /// Part of s, spread over the texels that it may be on, that is added to the likely error.
 const LIKELY_UNCERTAIN: f64 = 0.125;
 
-/// Flux \[W\] of one signature, texel by texel.
-pub struct BoundedFlux<const N: usize> {
-    /// The answer.
-    pub flux: Vec<Flux<N>>,
-    /// Largest distance of the truth from the answer.
-    pub bar: Vec<Flux<N>>,
-    /// Likely distance of the truth from the answer, root mean square, worst channel.
-    pub likely: Vec<f64>,
-}
-
-/// The fluxes of a finished film, with their bars.
-pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
+/// The fluxes of a finished film, with their bars and likely errors.
+pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> Sums {
     let [width, height] = film.size();
     let texels = film.texels();
     // Three in a row at the film's border, too.
@@ -52,11 +40,7 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
         let first = at.saturating_sub(1).min(end.saturating_sub(3));
         first..(first + 3).min(end)
     };
-    let mut result = BoundedFlux {
-        flux: Vec::with_capacity(texels.len()),
-        bar: Vec::with_capacity(texels.len()),
-        likely: Vec::with_capacity(texels.len()),
-    };
+    let mut result = Sums::dark(texels.len());
     for row in 0..height {
         for column in 0..width {
             let mut most = FilmTexel::<N>::default();
@@ -65,17 +49,14 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
                     most = larger(&most, one);
                 }
             }
-            let own = &texels[row * width + column];
-            result.flux.push(own.sums.flux);
-            result.bar.push(
-                most.sums.change * OF_CHANGE
-                    + most.sums.misplaced
-                    + most.uncertain
-                    + most.sums.flux * ROUNDING,
-            );
-            result
-                .likely
-                .push(own.sums.change.max_magnitude() * LIKELY + own.spread * LIKELY_UNCERTAIN);
+            let index = row * width + column;
+            let own = &texels[index];
+            let bar =
+                most.sums.change + most.sums.misplaced + most.uncertain + most.sums.flux * ROUNDING;
+            let likely = own.sums.change.max_magnitude() * LIKELY + own.spread * LIKELY_UNCERTAIN;
+            result.flux[index] = own.sums.flux.rgb();
+            result.bar[index] = bar.rgb();
+            result.variance[index] = likely * likely;
         }
     }
     result
@@ -83,8 +64,7 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> BoundedFlux<N> {
 
 /// The larger magnitudes, channel by channel.
 fn larger<const N: usize>(a: &FilmTexel<N>, b: &FilmTexel<N>) -> FilmTexel<N> {
-    let of =
-        |a: &Flux<N>, b: &Flux<N>| Flux(std::array::from_fn(|c| a.0[c].abs().max(b.0[c].abs())));
+    let of = |a: &Flux<N>, b: &Flux<N>| a.magnitude().larger(b.magnitude());
     FilmTexel {
         sums: TexelSums {
             flux: of(&a.sums.flux, &b.sums.flux),

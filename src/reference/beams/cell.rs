@@ -72,6 +72,19 @@ impl<const N: usize> AffineNode<N> {
 }
 
 impl<const N: usize> BeamCell<N> {
+    /// The cell that is all of a patch.
+    #[inline]
+    pub fn of_patch(corners: [BeamNode<N>; 3]) -> Self {
+        Self {
+            corners,
+            level: 0,
+            clearance: CellClearance::default(),
+            noted_bend: 0.0,
+            outer_bend: 0.0,
+            coarser: None,
+        }
+    }
+
     /// Its area in chart coordinates.
     #[inline]
     pub fn area(&self) -> f64 {
@@ -191,9 +204,7 @@ impl<const N: usize> CellSummary<N> {
                 look.any_landed = true;
                 look.low = look.low.min(at);
                 look.high = look.high.max(at);
-                for (largest, channel) in look.weight.0.iter_mut().zip(node.weight.0) {
-                    *largest = largest.max(channel);
-                }
+                look.weight = look.weight.larger(node.weight);
             }
         }
         if !is_one {

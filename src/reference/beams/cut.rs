@@ -23,7 +23,7 @@ pub struct CutPiece<const N: usize> {
 const BISECTIONS: u32 = 10;
 
 /// Relative error of a piece's area that the bisections leave.
-pub const CUT_ERROR: f64 = 1.0 / 1024.0;
+pub const CUT_ERROR: f64 = 1.0 / (1 << BISECTIONS) as f64;
 
 /// The ends of a bisected edge, on both sides of a border and close to each other.
 #[derive(Clone, Copy, Debug)]

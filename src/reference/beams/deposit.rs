@@ -12,6 +12,7 @@ use crate::transport::flux::Flux;
 /// of their texels.
 ///
 /// An image of many texels is gathered on a coarser level, if its light is too faint to make a difference.
+#[derive(Default)]
 pub struct TexelBlock<const N: usize> {
     level: usize,
     origin: [usize; 2],
@@ -24,18 +25,6 @@ const FEW_TEXELS: f64 = 16.0;
 
 /// Texels a side of a block beyond which a coarser level will do.
 const BLOCK: usize = 16;
-
-impl<const N: usize> Default for TexelBlock<N> {
-    /// An empty block.
-    fn default() -> Self {
-        Self {
-            level: 0,
-            origin: [0; 2],
-            size: [0; 2],
-            sums: Vec::new(),
-        }
-    }
-}
 
 impl<const N: usize> TexelBlock<N> {
     /// Covers the texels of a box, on a level up to `coarsest`; `false` if the box is empty.
@@ -114,7 +103,7 @@ impl<const N: usize> Levels<'_, N> {
                 let sums = TexelSums {
                     flux: own * flux,
                     change: own * change,
-                    misplaced: Flux::BLACK,
+                    ..TexelSums::default()
                 };
                 add(texel, &sums);
             });
@@ -137,15 +126,10 @@ impl<const N: usize> Levels<'_, N> {
     }
 
     /// The box round all landings.
-    fn bounds(&self) -> (DVec2, DVec2) {
-        let mut low = DVec2::INFINITY;
-        let mut high = DVec2::NEG_INFINITY;
+    fn bounds(&self) -> [DVec2; 2] {
         let pieces = self.fine.iter().chain(self.coarse).flat_map(image_of);
         let coarser = self.coarser.into_iter().flatten().map(|node| node.landing);
-        for at in pieces.chain(coarser) {
-            (low, high) = (low.min(at), high.max(at));
-        }
-        (low, high)
+        box_round(pieces.chain(coarser))
     }
 }
 
@@ -159,7 +143,7 @@ impl<const N: usize> TexelBlock<N> {
         coarsest: usize,
         hidden: f64,
     ) -> f64 {
-        let (low, high) = levels.bounds();
+        let [low, high] = levels.bounds();
         self.sums.clear();
         if !self.cover(low, high, film, coarsest) {
             return 0.0;
@@ -170,8 +154,8 @@ impl<const N: usize> TexelBlock<N> {
         });
         let (mut moved, mut flux) = (Flux::<N>::BLACK, Flux::<N>::BLACK);
         for sums in &self.sums {
-            moved += magnitude(sums.change);
-            flux += magnitude(sums.flux);
+            moved += sums.change.magnitude();
+            flux += sums.flux.magnitude();
         }
         let (moved, flux) = (moved.max_magnitude(), flux.max_magnitude());
         // In a cell of few texels, the neighbours show how much was moved.
@@ -186,7 +170,7 @@ impl<const N: usize> TexelBlock<N> {
             0.0
         };
         for sums in &mut self.sums {
-            sums.misplaced = magnitude(sums.flux) * part.max(hidden);
+            sums.misplaced = sums.flux.magnitude() * part.max(hidden);
         }
         0.5 * moved
     }
@@ -217,10 +201,6 @@ impl<const N: usize> TexelBlock<N> {
     }
 }
 
-fn magnitude<const N: usize>(flux: Flux<N>) -> Flux<N> {
-    Flux(flux.0.map(f64::abs))
-}
-
 /// Puts a triangle of more than one topology on the film: a third of its flux as a point at each landed
 /// corner. Returns the flux \[W\] that the film received.
 pub fn deposit_points<const N: usize>(
@@ -249,6 +229,22 @@ pub fn deposit_points<const N: usize>(
     received
 }
 
+/// The box round some places on a film: its least and its greatest corner.
+pub(super) fn box_round(places: impl Iterator<Item = DVec2>) -> [DVec2; 2] {
+    places.fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], at| {
+        [low.min(at), high.max(at)]
+    })
+}
+
+/// The first and last texel of a box, as far as it is on a film; `None` if it is not, or is empty.
+pub(super) fn texels_in([low, high]: [DVec2; 2], size: [usize; 2]) -> Option<[[usize; 2]; 2]> {
+    let end = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
+    let (low, high) = (low.floor().max(DVec2::ZERO), high.floor().min(end));
+    let texel = |at: DVec2| [at.x as usize, at.y as usize];
+    // False for NaN, too.
+    low.cmple(high).all().then(|| [texel(low), texel(high)])
+}
+
 /// Marks `flux` as uncertain in each texel of a cut cell's [boxes](uncertain_boxes): it may be there, or not.
 pub fn deposit_uncertain<const N: usize>(
     film: &BeamFilm<N>,
@@ -269,7 +265,6 @@ pub fn uncertain_boxes<const N: usize>(
     nodes: &[BeamNode<N>; 6],
     pieces: &[CutPiece<N>],
 ) -> impl Iterator<Item = [[usize; 2]; 2]> {
-    let end = DVec2::new(size[0] as f64, size[1] as f64) - 1.0;
     nodes.iter().enumerate().filter_map(move |(index, node)| {
         let is_new = nodes[..index]
             .iter()
@@ -277,22 +272,12 @@ pub fn uncertain_boxes<const N: usize>(
         if node.landing.is_none() || !is_new {
             return None;
         }
-        let mut low = DVec2::INFINITY;
-        let mut high = DVec2::NEG_INFINITY;
-        for at in nodes
-            .iter()
-            .chain(pieces.iter().flat_map(|piece| &piece.corners))
-            .filter(|one| one.topology == node.topology)
-            .filter_map(|one| one.landing)
-        {
-            low = low.min(at);
-            high = high.max(at);
-        }
+        let of_pieces = pieces.iter().flat_map(|piece| &piece.corners);
+        let own = nodes.iter().chain(of_pieces);
+        let own = own.filter(|one| one.topology == node.topology);
+        let [low, high] = box_round(own.filter_map(|one| one.landing));
         let margin = high - low;
-        let low = (low - margin).floor().max(DVec2::ZERO);
-        let high = (high + margin).floor().min(end);
-        let texel = |at: DVec2| [at.x as usize, at.y as usize];
-        low.cmple(high).all().then(|| [texel(low), texel(high)])
+        texels_in([low - margin, high + margin], size)
     })
 }
 

@@ -6,7 +6,7 @@ use crate::numeric::FixedPoint;
 use crate::transport::flux::Flux;
 
 /// The flux \[W\] that a cell adds to a texel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TexelSums<const N: usize> {
     /// The extrapolated flux (4B − A)/3.
     pub flux: Flux<N>,
@@ -14,16 +14,6 @@ pub struct TexelSums<const N: usize> {
     pub change: Flux<N>,
     /// Flux that cells of many texels are likely to misplace.
     pub misplaced: Flux<N>,
-}
-
-impl<const N: usize> Default for TexelSums<N> {
-    fn default() -> Self {
-        Self {
-            flux: Flux::BLACK,
-            change: Flux::BLACK,
-            misplaced: Flux::BLACK,
-        }
-    }
 }
 
 impl<const N: usize> std::ops::AddAssign for TexelSums<N> {
@@ -36,7 +26,7 @@ impl<const N: usize> std::ops::AddAssign for TexelSums<N> {
 }
 
 /// The flux \[W\] that all cells of one path signature left on a texel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FilmTexel<const N: usize> {
     /// Sums over the cells.
     pub sums: TexelSums<N>,
@@ -46,16 +36,6 @@ pub struct FilmTexel<const N: usize> {
     /// on any one of n texels counts as its part 1/√n on each. The sum of squares over texels is then that of
     /// one.
     pub spread: f64,
-}
-
-impl<const N: usize> Default for FilmTexel<N> {
-    fn default() -> Self {
-        Self {
-            sums: TexelSums::default(),
-            uncertain: Flux::BLACK,
-            spread: 0.0,
-        }
-    }
 }
 
 /// Number of kinds of sums in [`TexelSums`].

@@ -58,11 +58,7 @@ impl RunOutcome<'_> {
         }
         if let Some(interval) = &mut total.interval {
             // The bound is a mean of channels: one of them may have all of it.
-            let channels = if self.target.is_achromatic(self.scene) {
-                1.0
-            } else {
-                3.0
-            };
+            let channels = f64::from(self.target.channels(self.scene));
             for (texel, bound) in self.left_out.bound.iter().enumerate() {
                 interval.high[texel] += Rgb::grey(channels * bound * self.scale(texel));
             }

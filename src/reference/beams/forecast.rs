@@ -5,11 +5,11 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::facets::{FacetRefiner, Followed, by_events, facet_of};
+use super::facets::{FacetRefiner, by_events, facet_of};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::pass::{BeamLight, Passes};
-use super::refine::{Asked, Scratch, Sounding};
+use super::refine::{Asked, Refiner, Scratch, Sounding};
 use crate::numeric::{FixedPoint, Stream, StreamKind};
 use crate::run::Budget;
 use crate::transport::first_surface::SurfacePatch;
@@ -49,7 +49,7 @@ impl Sample {
     pub fn of(passes: &Passes, light: &BeamLight, index: usize) -> Self {
         let stream = Stream::new(StreamKind::Random, SEED).split(index as u64);
         let (flat, patches) = light.parts(passes.facets);
-        let emitted = |patch: &SurfacePatch| emitted(passes, light, patch).unwrap_or(0.0);
+        let emitted = |patch: &SurfacePatch| emitted(passes, light, patch);
         let of_patches: Vec<f64> = patches.par_iter().map(emitted).collect();
         let mut by_facet = vec![0.0; passes.facets.len()];
         if !flat.is_empty() {
@@ -97,11 +97,11 @@ fn drawn(emitted: &[f64], count: usize, stream: Stream) -> Vec<(usize, f64)> {
 }
 
 /// Flux \[W\] that sets out to a patch, about, for a strength of 1.
-fn emitted(passes: &Passes, light: &BeamLight, patch: &SurfacePatch) -> Option<f64> {
+fn emitted(passes: &Passes, light: &BeamLight, patch: &SurfacePatch) -> f64 {
     let [a, b, c] = patch.corners;
-    let spot = patch.chart.place(passes.scene.world(), (a + b + c) / 3.0)?;
-    let arrival = light.source.arrive(spot.point.position)?;
-    Some(arrival.emitted(&spot) * 0.5 * (b - a).perp_dot(c - a).abs())
+    let (world, middle) = (passes.scene.world(), (a + b + c) / 3.0);
+    let emitted = patch.chart.emitted(world, &light.source, middle);
+    emitted.unwrap_or(0.0) * patch.area()
 }
 
 impl Passes<'_> {
@@ -130,7 +130,7 @@ impl Passes<'_> {
         let screen = self.target.screen();
         for (light, sample) in lights {
             let paths = self.paths(light);
-            let sound = |asked: &[Asked], work: &dyn Fn(&mut [Followed<'_, N>]) -> Sounding| {
+            let sound = |asked: &[Asked], work: &dyn Fn(&mut [Refiner<'_, N>]) -> Sounding| {
                 let budget = Budget {
                     work: Some(MOST_RAYS),
                     time: Some(LONGEST),
@@ -139,11 +139,11 @@ impl Passes<'_> {
                 let limit = Limit::new(&budget, self.progress, Instant::now());
                 let events = asked.iter().map(|(signature, _)| signature.len()).max();
                 let scratch = RefCell::new(Scratch::new(events.unwrap_or(0)));
-                let mut followed: Vec<Followed<'_, N>> = asked
+                let mut refiners: Vec<Refiner<'_, N>> = asked
                     .iter()
-                    .map(|one| self.followed(light, &screen, *one, &film, &limit, &scratch))
+                    .map(|one| self.refiner(light, &screen, *one, &film, &limit, &scratch))
                     .collect();
-                work(&mut followed)
+                work(&mut refiners)
             };
             let ways = asked.par_iter().flat_map(|one| {
                 let stream = Stream::new(StreamKind::Random, SEED).split(u64::from(one.0.key()));
@@ -151,9 +151,9 @@ impl Passes<'_> {
                 ways.map(move |(way, drawn)| (one, stream, way, drawn))
             });
             let ways = ways.map(|(one, stream, way, (patch, stands_for))| {
-                let found = sound(std::slice::from_ref(one), &|followed| {
+                let found = sound(std::slice::from_ref(one), &|refiners| {
                     let mut level = 0;
-                    followed[0].cells.sound(patch, || {
+                    refiners[0].sound(patch, || {
                         level += 1;
                         stream.extra(way as u64, level)
                     })
@@ -161,10 +161,10 @@ impl Passes<'_> {
                 found * *stands_for
             });
             let facets = sample.facets.par_iter().map(|(facet, stands_for)| {
-                let found = sound(&asked, &|followed| {
+                let found = sound(&asked, &|refiners| {
                     let began = Instant::now();
-                    FacetRefiner::new(&paths, &screen, self.clearance, followed).refine(*facet);
-                    let rays = followed.iter().map(|one| one.cells.counters().rays);
+                    FacetRefiner::new(&paths, &screen, self.clearance, refiners).refine(*facet);
+                    let rays = refiners.iter().map(|one| one.counters().rays);
                     Sounding::new(rays.sum(), began.elapsed())
                 });
                 found * *stands_for

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 
 use super::bars::bounded;
-use super::facets::{FacetRefiner, Followed, by_events, part_patches};
+use super::facets::{FacetRefiner, by_events, part_patches};
 use super::film::BeamFilm;
 use super::limit::Limit;
 use super::refine::{Asked, Balance, Refiner, Scratch};
@@ -21,9 +21,8 @@ use crate::scene::Scene;
 use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::FacetPaths;
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Cone, SharedPlaces, Source, SurfacePatch};
+use crate::transport::first_surface::{Cone, SharedPlaces, Source, SurfacePatch, patches};
 use crate::transport::fixed_signature::PathFollower;
-use crate::transport::flux::Flux;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
@@ -46,6 +45,15 @@ pub struct BeamLight {
 }
 
 impl BeamLight {
+    /// The light of all delta emitters of a scene.
+    pub fn all(scene: &Scene) -> Vec<Self> {
+        let light = |source| Self {
+            patches: patches(scene, &source),
+            source,
+        };
+        Source::all(scene).into_iter().map(light).collect()
+    }
+
     /// The facets that its light is followed by as polygons, and the patches that are divided into cells.
     pub fn parts(&self, facets: &Facets) -> (Vec<u32>, Vec<SurfacePatch>) {
         match Cone::of(&self.source) {
@@ -186,11 +194,16 @@ impl Passes<'_> {
 
     /// The paths of one source's light by way of flat facets.
     pub(super) fn paths<'p>(&'p self, light: &'p BeamLight) -> FacetPaths<'p> {
-        FacetPaths::new(self.scene, &light.source, self.facets, self.shading_normals)
+        FacetPaths {
+            scene: self.scene,
+            source: &light.source,
+            facets: self.facets,
+            shading_normals: self.shading_normals,
+        }
     }
 
     /// A refiner of one source's light, for one signature.
-    pub(super) fn followed<'f, const N: usize>(
+    pub(super) fn refiner<'f, const N: usize>(
         &'f self,
         light: &'f BeamLight,
         screen: &'f Screen<'f>,
@@ -198,28 +211,16 @@ impl Passes<'_> {
         film: &'f BeamFilm<N>,
         limit: &'f Limit<'f>,
         scratch: &'f RefCell<Scratch<N>>,
-    ) -> Followed<'f, N> {
-        let (signature, limits) = asked;
+    ) -> Refiner<'f, N> {
         let follower = PathFollower::new(
             self.scene,
             &light.source,
             screen,
-            signature,
+            asked.0,
             self.shading_normals,
         );
-        Followed {
-            signature,
-            tolerance: limits.tolerance,
-            cells: Refiner::new(
-                follower,
-                self.shared,
-                film,
-                self.clearance,
-                limit,
-                asked,
-                scratch,
-            ),
-        }
+        let (shared, clearance) = (self.shared, self.clearance);
+        Refiner::new(follower, shared, film, clearance, limit, asked, scratch)
     }
 
     /// One source's light, in tasks of some patches.
@@ -235,7 +236,7 @@ impl Passes<'_> {
         let screen = self.target.screen();
         let paths = self.paths(light);
         let refined =
-            |signatures: Range<usize>, patches: usize, work: &dyn Fn(&mut [Followed<'_, N>])| {
+            |signatures: Range<usize>, patches: usize, work: &dyn Fn(&mut [Refiner<'_, N>])| {
                 if self.limit.is_reached() {
                     return None;
                 }
@@ -243,28 +244,28 @@ impl Passes<'_> {
                 let mut scratch = held.unwrap_or_else(|| Scratch::new(events.unwrap_or(0)));
                 scratch.forget();
                 let scratch = RefCell::new(scratch);
-                let mut followed: Vec<Followed<'_, N>> = signatures
+                let mut refiners: Vec<Refiner<'_, N>> = signatures
                     .clone()
                     .map(|index| {
                         let film = &films[index];
-                        self.followed(light, &screen, asked[index], film, self.limit, &scratch)
+                        self.refiner(light, &screen, asked[index], film, self.limit, &scratch)
                     })
                     .collect();
-                work(&mut followed);
-                if followed.iter().any(|one| one.cells.was_stopped()) {
+                work(&mut refiners);
+                if refiners.iter().any(Refiner::was_stopped) {
                     return None;
                 }
-                let done = |(signature, one): (usize, Followed<'_, N>)| {
-                    let counters = one.cells.counters();
-                    self.limit.spend(counters.rays - one.cells.spent());
+                let done = |(signature, one): (usize, Refiner<'_, N>)| {
+                    let counters = one.counters();
+                    self.limit.spend(counters.rays - one.spent());
                     Done {
                         signature,
-                        balance: one.cells.balance,
+                        balance: one.balance,
                         counters,
                     }
                 };
                 let patches = patches * signatures.len();
-                let done: Vec<Done<N>> = signatures.zip(followed).map(done).collect();
+                let done: Vec<Done<N>> = signatures.zip(refiners).map(done).collect();
                 self.progress.add(patches as u64);
                 if let Ok(mut idle) = idle.lock() {
                     idle.push(scratch.into_inner());
@@ -279,15 +280,15 @@ impl Passes<'_> {
                 .map(move |patches| (signature, patches))
         });
         let by_cells = by_cells.map(|(signature, patches)| {
-            refined(signature..signature + 1, patches.len(), &|followed| {
+            refined(signature..signature + 1, patches.len(), &|refiners| {
                 for patch in patches {
-                    followed[0].cells.refine(patch);
+                    refiners[0].refine(patch);
                 }
             })
         });
         let by_facets = flat.par_chunks(task(flat.len(), 1)).map(|facets| {
-            refined(0..asked.len(), facets.len(), &|followed| {
-                let mut polygons = FacetRefiner::new(&paths, &screen, self.clearance, followed);
+            refined(0..asked.len(), facets.len(), &|refiners| {
+                let mut polygons = FacetRefiner::new(&paths, &screen, self.clearance, refiners);
                 for facet in facets {
                     polygons.refine(*facet);
                 }
@@ -307,24 +308,22 @@ fn layer<const N: usize>(
     if film.overflowed() {
         return Err(not_representable());
     }
-    let bounded = bounded(film);
-    let on_film = bounded
-        .flux
-        .iter()
-        .fold(Flux::BLACK, |sum, flux| sum + *flux);
+    let sums = bounded(film);
+    let on_film: Rgb = sums.flux.iter().copied().sum();
+    let received = balance.received.rgb();
     let emitted = balance.emitted.max(f64::MIN_POSITIVE);
     let report = SignatureReport {
         name: signature.to_string(),
         cells: balance.cells,
         cut_cells: balance.cut_cells,
         unresolved_cells: balance.unresolved_cells,
-        received: balance.received.rgb(),
+        received,
         uncertain: balance.uncertain.rgb(),
         emitted: balance.emitted,
-        balance_error: (on_film - balance.received).max_magnitude() / emitted,
+        balance_error: (on_film - received).map(f64::abs).max_channel() / emitted,
     };
     Ok(PassLayer {
-        sums: Sums::of(&bounded),
+        sums,
         report,
         counters,
     })
@@ -342,7 +341,6 @@ mod tests {
     use crate::reference::beams::refine::Limits;
     use crate::run::Budget;
     use crate::transport::camera::Camera;
-    use crate::transport::first_surface::patches;
 
     /// A lamp above a cube.
     const LAMP: &str =
@@ -369,13 +367,7 @@ mod tests {
         let shading_normals = ShadingNormals::default();
         let sensor = &scene.sensors()[0];
         let target = Target::new(&scene, sensor, shading_normals, Camera::new).unwrap();
-        let lights: Vec<BeamLight> = Source::all(&scene)
-            .into_iter()
-            .map(|source| BeamLight {
-                patches: patches(&scene, &source),
-                source,
-            })
-            .collect();
+        let lights = BeamLight::all(&scene);
         let progress = Progress::default();
         let passes = Passes {
             scene: &scene,

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::batch::{batches, most as most_together};
 use super::coarse::coarse;
-use super::discovery::{SignatureLight, discover};
+use super::discovery::{DiscoveryInputs, SignatureLight, discover};
 use super::film::BeamFilm;
 use super::finish;
 use super::forecast::{Forecast, Sample};
@@ -29,7 +29,7 @@ use crate::transport::camera::Camera;
 use crate::transport::clearance::Clearance;
 use crate::transport::direct::{AREA_SAMPLES, Direct, direct};
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{SharedPlaces, Source, patches};
+use crate::transport::first_surface::SharedPlaces;
 use crate::transport::signature::{MAX_EVENTS, Signature};
 
 /// Error that light is left out for if no error is asked for.
@@ -121,20 +121,14 @@ impl<'a> Setup<'a> {
             return Err(SettingError::value("max-depth", &depth, allowed).into());
         }
         let target = Target::new(scene, sensor, settings.shading_normals, Camera::new)?;
-        let lights: Vec<BeamLight> = Source::all(scene)
-            .into_iter()
-            .map(|source| BeamLight {
-                patches: patches(scene, &source),
-                source,
-            })
-            .collect();
-        let found = discover(
+        let lights = BeamLight::all(scene);
+        let found = discover(&DiscoveryInputs {
             scene,
-            &lights,
-            &target.screen(),
-            settings.max_depth,
-            settings.shading_normals,
-        );
+            lights: &lights,
+            screen: &target.screen(),
+            max_depth: settings.max_depth,
+            shading_normals: settings.shading_normals,
+        });
         let landed = found.landed;
         let unseen = found.unseen(0.5 * (1.0 - CONFIDENCE));
         let flux: f64 = found.signatures.values().map(|one| one.flux).sum();
@@ -487,16 +481,9 @@ impl<'a> Setup<'a> {
     /// Flux \[W\] of a signature that a texel may get in any channel, by the discovery's paths.
     fn may_get(&self, found: &SignatureLight) -> Vec<f64> {
         // They tell a mean of channels: one of them may have all of it.
-        let channels = if self.target.is_achromatic(self.scene) {
-            1.0
-        } else {
-            3.0
-        };
-        let mut bound = bound(&found.landings, self.target.size());
-        for one in &mut bound {
-            *one *= channels;
-        }
-        bound
+        let channels = f64::from(self.target.channels(self.scene));
+        let bound = bound(&found.landings, self.target.size());
+        bound.into_iter().map(|one| one * channels).collect()
     }
 
     /// The layers as the schedule sees them.
@@ -561,10 +548,9 @@ impl<'a> Setup<'a> {
         let is_flat = |light: &BeamLight| !light.parts(&self.facets).0.is_empty();
         if self.lights.iter().any(is_flat) {
             let size = self.target.size();
-            most_together(if self.target.is_achromatic(self.scene) {
-                BeamFilm::<1>::bytes(size)
-            } else {
-                BeamFilm::<3>::bytes(size)
+            most_together(match self.target.channels(self.scene) {
+                1 => BeamFilm::<1>::bytes(size),
+                _ => BeamFilm::<3>::bytes(size),
             })
         } else {
             1

@@ -131,12 +131,10 @@ impl LeftOut {
 fn squares(light: &SignatureLight, film: [usize; 2]) -> f64 {
     let texels = (film[0] * film[1]) as f64;
     let mut most = light.on_film * light.on_film / texels;
+    let own = light.landings.iter();
+    let own = own.fold(0.0, |sum, landing| sum + landing.flux * landing.flux);
     for side in BINS {
-        let (mut sums, mut own) = (vec![0.0; side * side], 0.0);
-        for landing in &light.landings {
-            sums[bin(landing, film, side)] += landing.flux;
-            own += landing.flux * landing.flux;
-        }
+        let sums = flux_by_bin(&light.landings, film, side);
         let squares: f64 = sums.iter().map(|sum| sum * sum).sum();
         most = most.max((squares - own) * (side * side) as f64 / texels);
     }
@@ -208,10 +206,7 @@ pub fn bound(landings: &[Landing], film: [usize; 2]) -> Vec<f64> {
     }
     let mut bound = vec![0.0; texels];
     for side in BINS {
-        let mut sums = vec![0.0; side * side];
-        for landing in landings {
-            sums[bin(landing, film, side)] += landing.flux;
-        }
+        let sums = flux_by_bin(landings, film, side);
         let near = |at: usize| at.saturating_sub(1)..(at + 2).min(side);
         let most: Vec<f64> = (0..side * side)
             .map(|at| {
@@ -229,12 +224,17 @@ pub fn bound(landings: &[Landing], film: [usize; 2]) -> Vec<f64> {
     bound
 }
 
-fn bin(landing: &Landing, film: [usize; 2], side: usize) -> usize {
+/// Flux \[W\] that landed in each of `side` x `side` bins of a film.
+fn flux_by_bin(landings: &[Landing], film: [usize; 2], side: usize) -> Vec<f64> {
     let along = |at: f64, texels: usize| {
         let bin = (at / texels as f64 * side as f64) as usize;
         bin.min(side - 1)
     };
-    along(landing.at.y, film[1]) * side + along(landing.at.x, film[0])
+    let mut sums = vec![0.0; side * side];
+    for Landing { at, flux } in landings {
+        sums[along(at.y, film[1]) * side + along(at.x, film[0])] += flux;
+    }
+    sums
 }
 
 /// The bin of a texel's corner.

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::transport::clearance::{Ending, Straight, Trail};
+use crate::transport::clearance::{Straight, Trail};
 use crate::transport::first_surface::SurfaceChart;
 use crate::transport::fixed_signature::{PathEnd, PathFollower};
 
@@ -58,7 +58,7 @@ impl<const N: usize> PathStore<N> {
         }
     }
 
-    /// The path at coordinates of a chart, followed only if it is not held.
+    /// The path at coordinates of a chart, followed only if it is not held; `with_legs`, these are held, too.
     #[inline]
     pub fn path(
         &mut self,
@@ -66,30 +66,18 @@ impl<const N: usize> PathStore<N> {
         chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
-    ) -> PathEnd<N> {
-        let surface = surface_of(chart);
-        let slot = slot(surface, at);
-        if let Some(held) = self.held(slot, surface, at) {
-            return held.path;
-        }
-        let path = follower.follow(chart, at, in_sight);
-        self.hold(slot, surface, at, path, 0);
-        path
-    }
-
-    /// The same with its legs, which are held, too.
-    pub fn path_with_legs(
-        &mut self,
-        follower: &mut PathFollower<'_, N>,
-        chart: &SurfaceChart,
-        at: DVec2,
-        in_sight: bool,
+        with_legs: bool,
     ) -> PathEnd<N> {
         let surface = surface_of(chart);
         let slot = slot(surface, at);
         match self.held(slot, surface, at) {
-            Some(held) if held.legs > 0 => return held.path,
+            Some(held) if held.legs > 0 || !with_legs => return held.path,
             _ => {}
+        }
+        if !with_legs {
+            let path = follower.follow(chart, at, in_sight);
+            self.hold(slot, surface, at, path, 0);
+            return path;
         }
         if self.legs.is_empty() {
             self.legs = vec![None; ENTRIES * self.most_legs];
@@ -116,13 +104,13 @@ impl<const N: usize> PathStore<N> {
         in_sight: bool,
         trail: &mut Trail,
     ) -> PathEnd<N> {
-        let path = self.path_with_legs(follower, chart, at, in_sight);
+        let path = self.path(follower, chart, at, in_sight, true);
         let slot = slot(surface_of(chart), at);
         let count = self.entries[slot].map_or(0, |entry| entry.legs as usize);
         let legs = &self.legs[slot * self.most_legs..][..count];
         trail.legs.clear();
         trail.legs.extend(legs.iter().flatten());
-        trail.path = Ending::from(&path);
+        (trail.end, trail.topology) = (path.end, path.topology);
         path
     }
 

@@ -1,8 +1,6 @@
 //! Film sums of some light, in three channels.
 
-use super::bars::BoundedFlux;
 use crate::radiometry::Rgb;
-use crate::transport::flux::Flux;
 
 /// Film sums \[W\] of one signature or of several, texel by texel.
 #[derive(Clone, Debug)]
@@ -22,20 +20,6 @@ impl Sums {
             flux: vec![Rgb::BLACK; texels],
             bar: vec![Rgb::BLACK; texels],
             variance: vec![0.0; texels],
-        }
-    }
-
-    /// The sums of one signature.
-    pub fn of<const N: usize>(bounded: &BoundedFlux<N>) -> Self {
-        let rgb = |values: &[Flux<N>]| values.iter().map(|flux| flux.rgb()).collect();
-        Self {
-            flux: rgb(&bounded.flux),
-            bar: rgb(&bounded.bar),
-            variance: bounded
-                .likely
-                .iter()
-                .map(|likely| likely * likely)
-                .collect(),
         }
     }
 

@@ -11,7 +11,7 @@ use super::settings::PathSettings;
 use super::tracer::{PathNumbers, RadianceByClass, Tracer};
 use crate::film::splat::{Footprint, Splatter};
 use crate::geometry::TraversalCounters;
-use crate::numeric::Stream;
+use crate::numeric::{PaddedStream, Stream};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use crate::transport::camera::{Camera, PixelRay};
@@ -84,6 +84,13 @@ struct Tile {
     top: usize,
     right: usize,
     bottom: usize,
+}
+
+impl Tile {
+    /// Columns and rows of its pixels, row by row.
+    fn pixels(self) -> impl Iterator<Item = (usize, usize)> {
+        (self.top..self.bottom).flat_map(move |y| (self.left..self.right).map(move |x| (x, y)))
+    }
 }
 
 impl ImageSums {
@@ -165,7 +172,8 @@ impl Job<'_> {
         let film = (self.camera.width(), self.camera.height());
         let splatter = Splatter::new(self.camera.filter(), film.0, film.1);
         let mut footprint = Footprint::default();
-        let mut views = self.views(tile);
+        let streams = self.streams(tile);
+        let mut views = self.views(tile, &streams);
         let (mut wave, mut places, mut found) = (Vec::new(), Vec::new(), Vec::new());
         loop {
             wave.clear();
@@ -199,13 +207,23 @@ impl Job<'_> {
         Some(block)
     }
 
+    /// The streams of a tile's pixels.
+    fn streams(&self, tile: &Tile) -> Vec<PaddedStream> {
+        let of_pixel = |(x, y)| self.stream.split(x as u64).split(y as u64);
+        tile.pixels()
+            .map(|pixel| PaddedStream::new(of_pixel(pixel), self.samples))
+            .collect()
+    }
+
     /// The samples of a tile, pixel by pixel: film points, rays and numbers.
-    fn views(&self, tile: &Tile) -> impl Iterator<Item = (DVec2, PixelRay, PathNumbers)> {
+    fn views<'b>(
+        &self,
+        tile: &Tile,
+        streams: &'b [PaddedStream],
+    ) -> impl Iterator<Item = (DVec2, PixelRay, PathNumbers<'b>)> {
         let border = self.camera.sampled_border() as f64;
-        let Tile { left, right, .. } = *tile;
-        let pixels = (tile.top..tile.bottom).flat_map(move |y| (left..right).map(move |x| (x, y)));
-        pixels.flat_map(move |(x, y)| {
-            let stream = self.stream.split(x as u64).split(y as u64);
+        let pixels = tile.pixels().zip(streams);
+        pixels.flat_map(move |((x, y), stream)| {
             (0..self.samples).map(move |index| {
                 let numbers = PathNumbers { stream, index };
                 let [u, v, s, t] = numbers.camera();

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::settings::PathSettings;
 use crate::geometry::{Hit, Ray, Segment, SurfacePoint, TraversalCounters};
-use crate::numeric::Stream;
+use crate::numeric::PaddedStream;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
 use crate::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport};
@@ -45,14 +45,14 @@ pub struct Tracer<'a> {
 
 /// The numbers of one path: a sample of a pixel's stream.
 #[derive(Clone, Copy)]
-pub struct PathNumbers {
+pub struct PathNumbers<'a> {
     /// The pixel's own stream.
-    pub stream: Stream,
+    pub stream: &'a PaddedStream,
     /// The number of the sample.
     pub index: u64,
 }
 
-impl PathNumbers {
+impl PathNumbers<'_> {
     /// The film point within the pixel, and the point of the lens.
     #[inline]
     pub fn camera(self) -> [f64; 4] {
@@ -134,7 +134,7 @@ impl<'a> Tracer<'a> {
     /// False, with fewer entries, if `stop` asked for an end.
     pub fn trace_all(
         &mut self,
-        views: &[(PixelRay, PathNumbers)],
+        views: &[(PixelRay, PathNumbers<'_>)],
         found: &mut Vec<RadianceByClass>,
         stop: &dyn Fn() -> bool,
     ) -> bool {
@@ -175,7 +175,7 @@ impl<'a> Tracer<'a> {
     /// together.
     fn trace_together(
         &mut self,
-        views: &[(PixelRay, PathNumbers)],
+        views: &[(PixelRay, PathNumbers<'_>)],
         found: &mut Vec<RadianceByClass>,
         stop: &dyn Fn() -> bool,
     ) -> bool {
@@ -386,7 +386,7 @@ impl Path {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::StreamKind;
+    use crate::numeric::{Stream, StreamKind};
     use crate::transport::camera::Camera;
     use glam::DVec2;
 
@@ -404,10 +404,13 @@ mod tests {
                 hide_emitters,
                 ..PathSettings::default()
             };
-            let stream = Stream::new(StreamKind::Sobol, 1);
+            let stream = PaddedStream::new(Stream::new(StreamKind::Sobol, 1), 600);
             let views: Vec<_> = (0..600)
                 .map(|index| {
-                    let numbers = PathNumbers { stream, index };
+                    let numbers = PathNumbers {
+                        stream: &stream,
+                        index,
+                    };
                     let [u, v, s, t] = numbers.camera();
                     let size = DVec2::new(camera.width() as f64, camera.height() as f64);
                     let at = DVec2::new(u, v) * size;

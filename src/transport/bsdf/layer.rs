@@ -7,7 +7,7 @@ use super::turned::TurnedNormal;
 use crate::geometry::Frame;
 
 /// A lobe, and the texture that turns its normal, if any.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct BsdfLayer<'a> {
     pub(super) lobe: Lobe<'a>,
     pub(super) turned: Option<TurnedNormal>,

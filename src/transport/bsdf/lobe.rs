@@ -5,13 +5,14 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use super::plastic::{Plastic, RoughPlastic};
+use super::principled::PrincipledLobe;
 use super::rough::{RoughInterface, RoughMetal};
 use super::sample::{LobeSample, Scattering, cosine_hemisphere};
 use super::smooth::{Interface, SmoothMetal};
 use crate::radiometry::Rgb;
 
 /// A material without wrappers, with +z as its normal, that scatters radiance.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Lobe<'a> {
     /// Scatters nothing.
     Black,
@@ -24,6 +25,8 @@ pub(super) enum Lobe<'a> {
     RoughConductor(RoughMetal),
     Plastic(Plastic),
     RoughPlastic(RoughPlastic<'a>),
+    /// Apart, since it is much larger than the others.
+    Principled(Box<PrincipledLobe>),
 }
 
 impl Lobe<'_> {
@@ -51,6 +54,7 @@ impl Lobe<'_> {
             Self::RoughConductor(metal) => metal.eval(wi, wo),
             Self::Plastic(plastic) => plastic.eval(wi, wo),
             Self::RoughPlastic(plastic) => plastic.eval(wi, wo),
+            Self::Principled(principled) => principled.eval(wi, wo),
         }
     }
 
@@ -63,6 +67,7 @@ impl Lobe<'_> {
             Self::RoughConductor(metal) => metal.pdf(wi, wo),
             Self::Plastic(plastic) => plastic.pdf(wi, wo),
             Self::RoughPlastic(plastic) => plastic.pdf(wi, wo),
+            Self::Principled(principled) => principled.pdf(wi, wo),
         }
     }
 
@@ -89,6 +94,7 @@ impl Lobe<'_> {
             Self::RoughConductor(metal) => metal.sample(wi, [u[1], u[2]]),
             Self::Plastic(plastic) => plastic.sample(wi, u),
             Self::RoughPlastic(plastic) => plastic.sample(wi, u),
+            Self::Principled(principled) => principled.sample(wi, u),
         }
     }
 }

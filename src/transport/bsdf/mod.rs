@@ -41,6 +41,7 @@ mod check;
 mod layer;
 mod lobe;
 mod plastic;
+mod principled;
 mod resolve;
 mod rough;
 mod sample;

@@ -6,13 +6,16 @@ use super::at_point::Bsdf;
 use super::layer::BsdfLayer;
 use super::lobe::Lobe;
 use super::plastic::{Base, Plastic, RoughPlastic};
+use super::principled::{PrincipledLobe, alphas};
 use super::rough::{RoughInterface, RoughMetal};
 use super::smooth::{Interface, SmoothMetal};
 use super::turned::{TurnedNormal, raised};
 use crate::geometry::{Frame, Hit, SurfacePoint};
-use crate::optics::Microfacets;
+use crate::optics::{FacetDistribution, Microfacets};
 use crate::radiometry::Rgb;
-use crate::scene::{Coat, Color, Material, NormalTurn, Roughness, Scalar, Scene, TexturePoint};
+use crate::scene::{
+    Coat, Color, Material, NormalTurn, Principled, Roughness, Scalar, Scene, TexturePoint,
+};
 
 impl<'a> Bsdf<'a> {
     /// The material that a ray met at `hit`. Unknown colours are black: see
@@ -73,6 +76,7 @@ fn uses_tangents(scene: &Scene, material: &Material) -> bool {
         Material::Turned { .. } => true,
         Material::RoughConductor { roughness, .. }
         | Material::RoughDielectric { roughness, .. } => roughness.alpha_u != roughness.alpha_v,
+        Material::Principled(principled) => principled.anisotropic.may_exceed_zero(),
         _ => material
             .nested()
             .any(|id| uses_tangents(scene, scene.material(id))),
@@ -143,6 +147,26 @@ impl<'a> Here<'a, '_> {
             diffuse_reflectance: self.color(coat.diffuse_reflectance),
             specular_reflectance: self.color(coat.specular_reflectance),
             nonlinear: coat.nonlinear,
+        }
+    }
+
+    fn principled(&self, material: &Principled) -> PrincipledLobe {
+        let share = |scalar| self.scalar(scalar).clamp(0.0, 1.0);
+        let roughness = share(material.roughness);
+        let alphas = alphas(roughness, share(material.anisotropic));
+        PrincipledLobe {
+            base_color: self.color(material.base_color),
+            roughness,
+            facets: Microfacets::new(FacetDistribution::Ggx, alphas),
+            metallic: share(material.metallic),
+            spec_trans: share(material.spec_trans),
+            eta: material.eta,
+            spec_tint: share(material.spec_tint),
+            sheen: share(material.sheen),
+            sheen_tint: share(material.sheen_tint),
+            flatness: share(material.flatness),
+            clearcoat: share(material.clearcoat),
+            clearcoat_gloss: share(material.clearcoat_gloss),
         }
     }
 
@@ -222,6 +246,9 @@ impl<'a> Here<'a, '_> {
                 facets: Microfacets::new(*distribution, [*alpha; 2]),
                 transmittance,
             }),
+            Material::Principled(principled) => {
+                Lobe::Principled(Box::new(self.principled(principled)))
+            }
             Material::Null
             | Material::Mask { .. }
             | Material::TwoSided { .. }

@@ -174,7 +174,7 @@ pub(super) fn mirrored_density(facets: &Microfacets, wi: DVec3, wo: DVec3, m: DV
 
 /// Solid angle of normals per solid angle of refracted directions: η² |wo·m| / (wi·m + η wo·m)² (equation
 /// 17).
-fn spread(wi: DVec3, wo: DVec3, m: DVec3, eta: f64) -> f64 {
+pub(super) fn spread(wi: DVec3, wo: DVec3, m: DVec3, eta: f64) -> f64 {
     let sum = wi.dot(m) + eta * wo.dot(m);
     eta * eta * wo.dot(m).abs() / (sum * sum)
 }

@@ -1,6 +1,6 @@
 //! The clearance of cells.
 
-use super::legs::{CameraSight, Leg, LegContact, record};
+use super::legs::{Leg, LegContact, LegSight, record};
 use super::trail::Trail;
 use crate::geometry::{Bounds, Hull, MeshBorder, Shape, range};
 use crate::scene::Scene;
@@ -100,7 +100,7 @@ impl<'a> Clearance<'a> {
         let is_unseen = record
             .legs
             .iter()
-            .all(|leg| leg.sight != CameraSight::MaybeSeen);
+            .all(|leg| leg.sight != LegSight::MaybeSeen);
         let wanted = u32::MAX >> (32 - record.legs.len().clamp(1, 32));
         found.all = record.one_topology && is_unseen && later && found.legs & wanted == wanted;
         found
@@ -118,10 +118,13 @@ impl<'a> Clearance<'a> {
 
     fn is_clear(&self, leg: &Leg, is_first: bool) -> bool {
         match leg.sight {
-            CameraSight::OutOfView => return true,
-            CameraSight::OutOfViewToEnd if self.is_caught(leg) => return true,
-            CameraSight::MaybeSeen => return false,
-            CameraSight::OutOfViewToEnd | CameraSight::EndUnseen | CameraSight::NotAsked => {}
+            LegSight::OutOfView => return true,
+            LegSight::OutOfViewToEnd if self.is_caught(leg) => return true,
+            LegSight::MaybeSeen => return false,
+            LegSight::OutOfViewToEnd
+            | LegSight::EndUnseen
+            | LegSight::DarkOver(_)
+            | LegSight::NotAsked => {}
         }
         // The first leg is drawn from its end: it need not be caught.
         if !is_first && !self.is_caught(leg) || !self.misses_the_extension(leg) {
@@ -131,7 +134,8 @@ impl<'a> Clearance<'a> {
         self.surfaces.iter().enumerate().all(|(index, surface)| {
             let shape = index as u32;
             // After the last event, an obstacle changes nothing for light that does not land.
-            let is_harmless = leg.dark_over.is_some_and(|receiver| receiver != shape);
+            let is_harmless =
+                matches!(leg.sight, LegSight::DarkOver(receiver) if receiver != shape);
             if surface.passed || is_harmless || apart(&surface.bounds, hull.bounds()) {
                 true
             } else if leg.starts_on(shape) || leg.ends_on(shape) {
@@ -144,7 +148,7 @@ impl<'a> Clearance<'a> {
 
     /// True if no light of a leg lands beyond the receiver's border, where no node did.
     fn misses_the_extension(&self, leg: &Leg) -> bool {
-        let Some(receiver) = leg.dark_over else {
+        let LegSight::DarkOver(receiver) = leg.sight else {
             return true;
         };
         let Some([center, normal]) = self.scene.world().shapes()[receiver as usize].plane() else {

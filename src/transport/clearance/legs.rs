@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::trail::{Ending, Straight, Trail};
+use super::trail::{Straight, Trail};
 use crate::geometry::{Bounds, Hit, Hull, Ray, range};
 use crate::scene::Scene;
 use crate::transport::first_surface::SurfaceChart;
@@ -37,17 +37,17 @@ pub(super) struct Leg {
     pub(super) from_faces: [u32; 6],
     /// Faces of the meshes that they end on; 0 elsewhere.
     pub(super) to_faces: [u32; 6],
-    /// The receiver, for a last leg that brings it no light.
-    pub(super) dark_over: Option<u32>,
-    /// The camera's knowledge of a last leg that brings it no light.
-    pub(super) sight: CameraSight,
+    /// The sensor's knowledge of it.
+    pub(super) sight: LegSight,
 }
 
-/// A camera's knowledge of a leg.
+/// A sensor's knowledge of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum CameraSight {
-    /// The leg has light for the sensor, or the sensor is no camera, or other legs follow.
+pub(super) enum LegSight {
+    /// The leg has light for the sensor, or other legs follow.
     NotAsked,
+    /// It is a last leg that brings this receiver no light.
+    DarkOver(u32),
     /// The camera sees nothing of the whole bundle, whatever the bundle meets.
     OutOfView,
     /// The camera sees nothing of the bundle as far as the leg's end.
@@ -98,18 +98,18 @@ pub(super) fn record<const N: usize>(
     trails: &[Trail; 6],
 ) -> LegRecord {
     let mut paths: [Vec<Stop>; 6] = Default::default();
-    let mut ends = [None; 6];
+    let mut ends: [Option<(End, u64)>; 6] = [None; 6];
     for (trail, (stops, end)) in trails.iter().zip(paths.iter_mut().zip(&mut ends)) {
-        *end = read(follower, chart, trail, stops).map(|()| trail.path);
+        *end = read(follower, chart, trail, stops).map(|()| (trail.end, trail.topology));
     }
-    let [Some(first), ..] = ends else {
+    let [Some((_, topology)), ..] = ends else {
         return LegRecord {
             legs: Vec::new(),
             one_topology: false,
             hidden: false,
         };
     };
-    let is_hidden = |end: &Option<Ending>| end.is_some_and(|end| end.end == End::Hidden);
+    let is_hidden = |end: &Option<(End, u64)>| matches!(end, Some((End::Hidden, _)));
     let hidden = ends.iter().all(is_hidden);
     let mut legs = Vec::with_capacity(paths[0].len());
     // If some see the surface and some do not, no leg is shared by all six.
@@ -125,7 +125,7 @@ pub(super) fn record<const N: usize>(
         let is_dark = is_last
             && ends
                 .iter()
-                .all(|end| end.is_some_and(|end| !matches!(end.end, End::Landed(_))));
+                .all(|end| end.is_some_and(|(end, _)| !matches!(end, End::Landed(_))));
         if is_dark {
             look_through(follower.scene(), &mut paths, to);
         }
@@ -135,10 +135,6 @@ pub(super) fn record<const N: usize>(
         }
         let points = |index: usize| paths.each_ref().map(|stops| stops[index].at);
         let faces = |index: usize| paths.each_ref().map(|stops| stops[index].face);
-        let receiver = match follower.screen() {
-            Screen::Receiver(receiver) => Some(receiver.shape()),
-            Screen::Camera { .. } => None,
-        };
         let (start, end) = (points(from), points(to));
         legs.push(Leg {
             start,
@@ -147,11 +143,10 @@ pub(super) fn record<const N: usize>(
             to: met,
             from_faces: faces(from),
             to_faces: faces(to),
-            dark_over: receiver.filter(|_| is_dark),
-            sight: if is_dark && receiver.is_none() {
-                sight(follower, met, &start, &end)
-            } else {
-                CameraSight::NotAsked
+            sight: match follower.screen() {
+                _ if !is_dark => LegSight::NotAsked,
+                Screen::Receiver(receiver) => LegSight::DarkOver(receiver.shape()),
+                Screen::Camera { .. } => sight(follower, met, &start, &end),
             },
         });
     }
@@ -166,7 +161,7 @@ pub(super) fn record<const N: usize>(
         && legs.iter().all(is_finite)
         && ends
             .iter()
-            .all(|end| end.is_some_and(|end| end.topology == first.topology));
+            .all(|end| end.is_some_and(|(_, other)| other == topology));
     legs.truncate(legs.iter().take_while(|leg| is_finite(leg)).count());
     LegRecord {
         legs,
@@ -181,7 +176,7 @@ fn sight<const N: usize>(
     met: LegContact,
     start: &[DVec3; 6],
     end: &[DVec3; 6],
-) -> CameraSight {
+) -> LegSight {
     let (scene, screen) = (follower.scene(), follower.screen());
     // Light that passes by the thing that the six met goes on, but nothing is to be seen outside the box
     // round the scene.
@@ -192,18 +187,18 @@ fn sight<const N: usize>(
         start[i] + along[i] * way
     });
     if screen.sees_nothing_of(&Hull::new(start, &beyond)) {
-        return CameraSight::OutOfView;
+        return LegSight::OutOfView;
     }
     if screen.sees_nothing_of(&Hull::new(start, end)) {
-        return CameraSight::OutOfViewToEnd;
+        return LegSight::OutOfViewToEnd;
     }
     match met {
         LegContact::Surface(shape)
             if screen.may_see(scene, shape) && !screen.sees_nothing_of(&Hull::new(end, end)) =>
         {
-            CameraSight::MaybeSeen
+            LegSight::MaybeSeen
         }
-        _ => CameraSight::EndUnseen,
+        _ => LegSight::EndUnseen,
     }
 }
 
@@ -248,7 +243,7 @@ fn read<const N: usize>(
     stops[1].face = chart.face();
     let &Straight { ray, hit } = trail.legs.last()?;
     let end = stops.last_mut()?;
-    match trail.path.end {
+    match trail.end {
         End::Hidden => {
             let (ray, blocker) = follower.next_hit(ray)?;
             *end = surface(&ray, &blocker);

@@ -29,4 +29,4 @@ mod trail;
 mod tube;
 
 pub use cell::{CellClearance, Clearance};
-pub use trail::{Ending, Straight, Trail};
+pub use trail::{Straight, Trail};

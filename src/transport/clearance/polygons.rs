@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::cell::{Clearance, apart};
-use super::legs::{CameraSight, Leg, LegContact, way_out};
+use super::legs::{Leg, LegContact, LegSight, way_out};
 use crate::geometry::{Hull, PlanePair, Shape};
 
 impl Clearance<'_> {
@@ -60,8 +60,7 @@ impl Clearance<'_> {
             to: LegContact::Surface(shape),
             from_faces: [0; 6],
             to_faces: faces,
-            dark_over: None,
-            sight: CameraSight::NotAsked,
+            sight: LegSight::NotAsked,
         };
         self.is_hidden(&leg)
     }

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use crate::geometry::{Hit, Ray};
 use crate::transport::first_surface::SurfaceChart;
-use crate::transport::fixed_signature::{PathEnd, PathFollower};
+use crate::transport::fixed_signature::PathFollower;
 use crate::transport::path_end::End;
 
 /// A straight part of a path: the ray along it, and its hit.
@@ -16,22 +16,16 @@ pub struct Straight {
     pub hit: Option<Hit>,
 }
 
-/// The way a path ended, apart from the flux that it carries.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ending {
-    /// The end.
-    pub end: End,
-    /// The surfaces that took part: see [`PathEnd::topology`].
-    pub topology: u64,
-}
-
 /// A path, leg by leg as its follower reports it. Its memory may be used again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trail {
     /// The legs. The first one ends on the chart's surface, even if something hides that.
     pub legs: Vec<Straight>,
     /// The path's end.
-    pub path: Ending,
+    pub end: End,
+    /// The surfaces that took part: see
+    /// [`PathEnd::topology`](crate::transport::fixed_signature::PathEnd::topology).
+    pub topology: u64,
 }
 
 impl Default for Trail {
@@ -39,19 +33,8 @@ impl Default for Trail {
     fn default() -> Self {
         Self {
             legs: Vec::new(),
-            path: Ending {
-                end: End::Hidden,
-                topology: 0,
-            },
-        }
-    }
-}
-
-impl<const N: usize> From<&PathEnd<N>> for Ending {
-    fn from(path: &PathEnd<N>) -> Self {
-        Self {
-            end: path.end,
-            topology: path.topology,
+            end: End::Hidden,
+            topology: 0,
         }
     }
 }
@@ -71,7 +54,7 @@ impl Trail {
                 hit: hit.copied(),
             });
         });
-        trail.path = Ending::from(&path);
+        (trail.end, trail.topology) = (path.end, path.topology);
         trail
     }
 }

@@ -89,7 +89,8 @@ pub(super) fn unshadowed(point: &SurfacePoint, emitter: &Emitter) -> (Rgb, DVec3
         Emitter::Area { .. }
         | Emitter::DirectionalArea { .. }
         | Emitter::Constant { .. }
-        | Emitter::Envmap(_) => (Rgb::BLACK, DVec3::Z, f64::INFINITY),
+        | Emitter::Envmap(_)
+        | Emitter::Sunsky(_) => (Rgb::BLACK, DVec3::Z, f64::INFINITY),
     }
 }
 

@@ -54,7 +54,8 @@ impl Origin {
             | Emitter::Area { .. }
             | Emitter::DirectionalArea { .. }
             | Emitter::Constant { .. }
-            | Emitter::Envmap(_) => None,
+            | Emitter::Envmap(_)
+            | Emitter::Sunsky(_) => None,
         }
     }
 

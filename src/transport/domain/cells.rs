@@ -428,10 +428,12 @@ fn add_charts(
             let all = parts.into_iter().flat_map(|part| part.charts(&faces));
             charts.extend(all.map(Box::new).map(LightChart::Normal));
         }
-        Emitter::Constant { .. } | Emitter::Envmap(_) => {
+        Emitter::Constant { .. } | Emitter::Envmap(_) | Emitter::Sunsky(_) => {
             // No ball if nothing mirrors or refracts.
-            let sky = specular.and_then(|ball| Sky::new(emitter, ball, &scene.world().bounds()));
-            charts.extend(sky.map(LightChart::Sky));
+            if let Some(ball) = specular {
+                let parts = Sky::parts(emitter, ball, &scene.world().bounds());
+                charts.extend(parts.map(LightChart::Sky));
+            }
         }
     }
     Ok(())

@@ -17,7 +17,7 @@ use super::surface::Area;
 use crate::geometry::{Bounds, Ray};
 use crate::numeric::math;
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, Envmap};
+use crate::scene::{Emitter, Envmap, SunDisc};
 
 /// Light from all round that meets a ball.
 #[derive(Clone, Debug)]
@@ -39,23 +39,35 @@ enum SkyRadiance {
     Even(Rgb),
     /// An image. Coordinates are its columns and rows ([`Envmap`]).
     Image(Envmap),
+    /// A disc. Coordinates are the two numbers of [`SunDisc::direction`], in 0..=1.
+    Disc(SunDisc),
 }
 
 impl Sky {
-    /// The light of an environment that meets a ball (its middle and radius); `None` for other emitters. It
-    /// starts outside of `scene`.
-    pub fn new(emitter: &Emitter, (center, radius): (DVec3, f64), scene: &Bounds) -> Option<Self> {
-        let radiance = match emitter {
-            Emitter::Constant { radiance } => SkyRadiance::Even(*radiance),
-            Emitter::Envmap(map) => SkyRadiance::Image(map.clone()),
-            _ => return None,
+    /// The light of an environment that meets a ball (its middle and radius), that of a sky and of the sun in
+    /// it apart; none for other emitters. It starts outside of `scene`.
+    pub fn parts(
+        emitter: &Emitter,
+        (center, radius): (DVec3, f64),
+        scene: &Bounds,
+    ) -> impl Iterator<Item = Self> + use<> {
+        let radiances = match emitter {
+            Emitter::Constant { radiance } => [Some(SkyRadiance::Even(*radiance)), None],
+            Emitter::Envmap(map) => [Some(SkyRadiance::Image(map.clone())), None],
+            Emitter::Sunsky(daylight) => [
+                Some(SkyRadiance::Image(daylight.sky.clone())),
+                daylight.sun.clone().map(SkyRadiance::Disc),
+            ],
+            _ => [None, None],
         };
-        Some(Self {
+        // A hair more, so that rounding loses nothing.
+        let radius = radius * (1.0 + 1e-9);
+        let distance = (center.distance(scene.center()) + scene.radius()) * 1.01;
+        radiances.into_iter().flatten().map(move |radiance| Self {
             radiance,
             center,
-            // A hair more, so that rounding loses nothing.
-            radius: radius * (1.0 + 1e-9),
-            distance: (center.distance(scene.center()) + scene.radius()) * 1.01,
+            radius,
+            distance,
         })
     }
 
@@ -67,15 +79,16 @@ impl Sky {
                 let (width, height) = (map.image().width(), map.image().height());
                 (DVec2::ZERO, DVec2::new(width as f64, (height - 1) as f64))
             }
+            SkyRadiance::Disc(_) => (DVec2::ZERO, DVec2::ONE),
         };
         ChartPatch { from, to }
     }
 
-    /// Radiance [W/m²/sr]; 1 of an image, whose light has its own colour.
+    /// Radiance [W/m²/sr]; 1 of images and discs, whose light has its own colour.
     pub(super) fn strength(&self) -> Rgb {
         match self.radiance {
             SkyRadiance::Even(radiance) => radiance,
-            SkyRadiance::Image(_) => Rgb::WHITE,
+            SkyRadiance::Image(_) | SkyRadiance::Disc(_) => Rgb::WHITE,
         }
     }
 
@@ -95,7 +108,7 @@ impl Sky {
         }
     }
 
-    /// The disc's area [m²] by the solid angle [sr] of a patch, and its largest radiance.
+    /// The disc's area [m²] by the solid angle [sr] of a patch, and a bound of its radiance.
     pub(super) fn flux_bound(&self, patch: &ChartPatch) -> Rgb {
         let disc = self.disc_area();
         match &self.radiance {
@@ -109,6 +122,7 @@ impl Sky {
                 let turn = TAU * (patch.to.x - patch.from.x) / width as f64;
                 brightest(map, patch) * (disc * turn * belt)
             }
+            SkyRadiance::Disc(sun) => sun.peak() * (disc * sun.solid_angle() * patch.area()),
         }
     }
 
@@ -127,6 +141,10 @@ impl Sky {
                 let (from, sin) = map.direction(place);
                 let texel = TAU / width as f64 * (PI / rows as f64);
                 (from, texel * sin, Some(map.at(place)))
+            }
+            SkyRadiance::Disc(sun) => {
+                let from = sun.direction([place.x, place.y]);
+                (from, sun.solid_angle(), Some(sun.radiance(from)))
             }
         };
         let (x, y) = from.any_orthonormal_pair();
@@ -147,8 +165,7 @@ impl Sky {
     }
 }
 
-/// The largest radiance [W/m²/sr] in a patch of an image, channel by channel: bilinear values are no larger
-/// than the texels around them.
+/// At least the radiance [W/m²/sr] in a patch of an image, channel by channel.
 fn brightest(map: &Envmap, patch: &ChartPatch) -> Rgb {
     let width = map.image().width();
     let first = map.cell(patch.from);
@@ -161,5 +178,5 @@ fn brightest(map: &Envmap, patch: &ChartPatch) -> Rgb {
             most = Rgb(std::array::from_fn(|c| most.0[c].max(texel[c])));
         }
     }
-    most * map.scale()
+    map.bound(most)
 }

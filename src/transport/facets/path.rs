@@ -100,43 +100,17 @@ impl FacetChain {
 /// Follower of light of one source along chains of facets.
 #[derive(Debug)]
 pub struct FacetPaths<'a> {
-    scene: &'a Scene,
-    source: &'a Source,
-    facets: &'a Facets,
-    shading_normals: ShadingNormals,
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The light's source.
+    pub source: &'a Source,
+    /// The facets of the scene.
+    pub facets: &'a Facets,
+    /// Effect of interpolated normals on flux.
+    pub shading_normals: ShadingNormals,
 }
 
-impl<'a> FacetPaths<'a> {
-    /// A follower of a source's light.
-    pub fn new(
-        scene: &'a Scene,
-        source: &'a Source,
-        facets: &'a Facets,
-        shading_normals: ShadingNormals,
-    ) -> Self {
-        Self {
-            scene,
-            source,
-            facets,
-            shading_normals,
-        }
-    }
-
-    /// The light's source.
-    pub fn source(&self) -> &'a Source {
-        self.source
-    }
-
-    /// The facets.
-    pub fn facets(&self) -> &'a Facets {
-        self.facets
-    }
-
-    /// The scene.
-    pub fn scene(&self) -> &'a Scene {
-        self.scene
-    }
-
+impl FacetPaths<'_> {
     /// The light that falls onto the first facet at `at`, on the leg after a chain's events.
     #[inline]
     pub fn follow<const N: usize>(&self, chain: &FacetChain, at: DVec2) -> FacetLight<N> {
@@ -207,7 +181,7 @@ impl<'a> FacetPaths<'a> {
         };
         let Some((share, branch)) = leave(
             self.scene,
-            facet.shape,
+            facet.shape(),
             &point,
             light.ray.direction,
             event,

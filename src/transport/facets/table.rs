@@ -4,17 +4,16 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use super::outline::{Outlines, outlines};
+use super::outline::outlines;
 use crate::geometry::{Mesh, Ray, Shape, SurfacePoint};
 use crate::scene::Scene;
+use crate::transport::first_surface::SurfaceChart;
 
 /// A convex polygon in one plane.
 #[derive(Clone, Debug)]
 pub struct Facet {
-    /// The shape, all or part of which is the facet.
-    pub shape: u32,
-    /// The mesh's face whose barycentric coordinates are the facet's; 0 for a rectangle.
-    pub face: u32,
+    /// The chart whose coordinates are the facet's: that of a rectangle, or of one of a mesh's faces.
+    pub chart: SurfaceChart,
     /// The point where both coordinates are zero.
     origin: DVec3,
     /// The vectors that are a unit of each coordinate.
@@ -31,8 +30,7 @@ pub struct Facet {
 
 impl Facet {
     fn new(
-        shape: u32,
-        face: u32,
+        chart: SurfaceChart,
         origin: DVec3,
         axes: [DVec3; 2],
         normal: DVec3,
@@ -43,8 +41,7 @@ impl Facet {
         let squared = across.length_squared();
         // False for NaN, too.
         (squared > 0.0).then(|| Self {
-            shape,
-            face,
+            chart,
             origin,
             axes,
             duals: [
@@ -55,6 +52,12 @@ impl Facet {
             position_error,
             outline,
         })
+    }
+
+    /// The shape, all or part of which is the facet.
+    #[inline]
+    pub fn shape(&self) -> u32 {
+        self.chart.shape()
     }
 
     /// The point where both coordinates are zero.
@@ -150,19 +153,16 @@ impl Facets {
                 Shape::Mesh(mesh) if !mesh.has_vertex_normals() => all.add_mesh(index, mesh),
                 Shape::Rectangle(rectangle) => {
                     let first = rectangle.at_uv(DVec2::ZERO);
-                    let outline = rectangle.corners();
-                    let outline = all.add_corners(&outline);
-                    let (axes, normal) = (rectangle.edges(), rectangle.normal());
-                    all.add(Facet::new(
-                        index,
-                        0,
+                    let outline = all.add_corners(&rectangle.corners());
+                    let facet = all.add(Facet::new(
+                        SurfaceChart::Parameters { shape: index },
                         first.position,
-                        axes,
-                        normal,
+                        rectangle.edges(),
+                        rectangle.normal(),
                         first.position_error,
                         outline,
-                    ))
-                    .map_or_else(Vec::new, |facet| vec![facet])
+                    ));
+                    Vec::from_iter(facet)
                 }
                 _ => Vec::new(),
             };
@@ -184,31 +184,28 @@ impl Facets {
     }
 
     fn add_mesh(&mut self, shape: u32, mesh: &Mesh) -> Vec<u32> {
-        let Outlines {
-            groups, of_face, ..
-        } = outlines(mesh);
-        let numbers: Vec<u32> = groups
+        let found = outlines(mesh);
+        let numbers: Vec<u32> = found
+            .groups
             .into_iter()
             .map(|group| {
                 let outline = self.add_corners(&group.corners);
                 let [a, b, c] = mesh.corners(group.face);
-                // As for any hit on the face, which is the largest of its facet.
-                let position_error = mesh.position_error(group.face);
-                let normal = mesh.face_normal(group.face);
-                let axes = [b - a, c - a];
+                let face = group.face;
                 self.add(Facet::new(
-                    shape,
-                    group.face,
+                    SurfaceChart::Face { shape, face },
                     a,
-                    axes,
-                    normal,
-                    position_error,
+                    [b - a, c - a],
+                    mesh.face_normal(face),
+                    // As for any hit on the face, which is the largest of its facet.
+                    mesh.position_error(face),
                     outline,
                 ))
                 .unwrap_or(NO_FACET)
             })
             .collect();
-        of_face
+        found
+            .of_face
             .into_iter()
             .map(|group| numbers.get(group as usize).copied().unwrap_or(NO_FACET))
             .collect()

@@ -146,4 +146,11 @@ impl SurfaceChart {
             }
         }
     }
+
+    /// Flux \[W\] of a source that falls on the surface at coordinates `at`, for a unit of chart area and of
+    /// the source's strength; `None` at the emitter itself.
+    pub fn emitted(&self, world: &World, source: &Source, at: DVec2) -> Option<f64> {
+        let place = self.place(world, at)?;
+        Some(source.arrive(place.point.position)?.emitted(&place))
+    }
 }

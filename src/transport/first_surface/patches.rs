@@ -23,6 +23,14 @@ pub struct SurfacePatch {
     pub corners: [DVec2; 3],
 }
 
+impl SurfacePatch {
+    /// Its area in chart coordinates.
+    pub fn area(&self) -> f64 {
+        let [a, b, c] = self.corners;
+        0.5 * (b - a).perp_dot(c - a).abs()
+    }
+}
+
 /// Bands of incidence and sectors of azimuth that a ball's cap is divided into. A small number suffices, as
 /// all of it is smooth, and a few hundred tasks keep threads busy.
 const CAP_BANDS: u32 = 8;

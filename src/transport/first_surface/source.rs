@@ -95,7 +95,8 @@ impl Source {
             | Emitter::Area { .. }
             | Emitter::DirectionalArea { .. }
             | Emitter::Constant { .. }
-            | Emitter::Envmap(_) => None,
+            | Emitter::Envmap(_)
+            | Emitter::Sunsky(_) => None,
         }
     }
 

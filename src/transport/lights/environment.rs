@@ -8,7 +8,7 @@ use super::sample::LightSample;
 use crate::numeric::WeightedChoice;
 use crate::numeric::math;
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, Envmap, luminance};
+use crate::scene::{Daylight, Emitter, Envmap, SunDisc, luminance};
 
 /// An environment: it looks the same from every point.
 #[derive(Clone, Debug)]
@@ -17,6 +17,8 @@ pub(in crate::transport) enum Environment<'a> {
     Constant(Rgb),
     /// An image.
     Image(ImageLight<'a>),
+    /// A sky, and the sun in it.
+    Daylight(ImageLight<'a>, &'a SunDisc),
 }
 
 impl<'a> Environment<'a> {
@@ -25,6 +27,7 @@ impl<'a> Environment<'a> {
         match emitter {
             Emitter::Constant { radiance } => Some(Self::Constant(*radiance)),
             Emitter::Envmap(map) => Some(Self::Image(ImageLight::new(map, Poles::Seen))),
+            Emitter::Sunsky(daylight) => Some(Self::daylight(daylight)),
             _ => None,
         }
     }
@@ -32,6 +35,15 @@ impl<'a> Environment<'a> {
     /// An image, ready to be sampled as Mitsuba does.
     pub(super) fn image(map: &'a Envmap) -> Self {
         Self::Image(ImageLight::new(map, Poles::Dark))
+    }
+
+    /// A sky, with its sun if it shines.
+    pub(super) fn daylight(daylight: &'a Daylight) -> Self {
+        let sky = ImageLight::new(&daylight.sky, Poles::Seen);
+        match &daylight.sun {
+            Some(sun) => Self::Daylight(sky, sun),
+            None => Self::Image(sky),
+        }
     }
 
     /// True if radiance is the same from everywhere.
@@ -44,6 +56,7 @@ impl<'a> Environment<'a> {
         match self {
             Self::Constant(radiance) => *radiance,
             Self::Image(light) => light.map.radiance(direction),
+            Self::Daylight(sky, sun) => sky.map.radiance(direction) + sun.radiance(direction),
         }
     }
 
@@ -52,6 +65,15 @@ impl<'a> Environment<'a> {
         match self {
             Self::Constant(_) => 1.0 / (4.0 * PI),
             Self::Image(light) => light.pdf_solid_angle(direction),
+            Self::Daylight(sky, sun) => {
+                let share = sun_share(sky);
+                let of_sun = if sun.contains(direction) {
+                    1.0 / sun.solid_angle()
+                } else {
+                    0.0
+                };
+                share * of_sun + (1.0 - share) * sky.pdf_solid_angle(direction)
+            }
         }
     }
 
@@ -60,6 +82,16 @@ impl<'a> Environment<'a> {
         let (direction, pdf_solid_angle, radiance) = match self {
             Self::Constant(radiance) => (uniform(u), 1.0 / (4.0 * PI), *radiance),
             Self::Image(light) => light.sample(u)?,
+            Self::Daylight(sky, sun) => {
+                let share = sun_share(sky);
+                let direction = if u[0] < share {
+                    sun.direction([u[0] / share, u[1]])
+                } else {
+                    sky.sample([(u[0] - share) / (1.0 - share), u[1]])?.0
+                };
+                let pdf = self.pdf_solid_angle(direction);
+                (direction, pdf, self.radiance(direction))
+            }
         };
         Some(LightSample {
             direction,
@@ -70,6 +102,15 @@ impl<'a> Environment<'a> {
             is_delta: false,
             emitter: 0,
         })
+    }
+}
+
+/// The share of directions that are chosen for the sun: half, or all if the sky is black.
+fn sun_share(sky: &ImageLight) -> f64 {
+    if sky.rows.is_some() && sky.map.scale() > 0.0 {
+        0.5
+    } else {
+        1.0
     }
 }
 

@@ -79,6 +79,9 @@ impl<'a> Lights<'a> {
                     SceneLight::Environment(Environment::Constant(*radiance))
                 }
                 Emitter::Envmap(map) => SceneLight::Environment(Environment::image(map)),
+                Emitter::Sunsky(daylight) => {
+                    SceneLight::Environment(Environment::daylight(daylight))
+                }
             })
             .collect();
         Self {

@@ -24,6 +24,7 @@ MORE_SAMPLES = {
     "emitter-area-rectangle": 256,
     "emitter-area-reflecting": 256,
     "emitter-area-textured": 256,
+    "emitter-sunsky-wide": 256,
     "filter-lanczos": 128,
 }
 

@@ -71,6 +71,9 @@ LOOK = '<lookat origin="0.3, -4, 1.2" target="0, 0, -0.1" up="0, 0, 1"/>'
 BOX = '<rfilter type="box"/>'
 
 
+HUE = rgb("base_color", 0.8, 0.3, 0.1)
+
+
 def ball(material):
     return shape("sphere", number("radius", 0.7), to_world('<rotate x="1" angle="30"/><rotate z="1" angle="40"/>'), material)
 
@@ -156,6 +159,11 @@ def bsdfs():
         "plastic-nonlinear": bsdf("plastic", RED, boolean("nonlinear", True), number("int_ior", 1.9)),
         "roughplastic-ggx": rough("roughplastic", GGX, 0.3, 0.3, RED),
         "roughplastic-beckmann-nonlinear": rough("roughplastic", BECKMANN, 0.1, 0.1, RED, boolean("nonlinear", True)),
+        "principled": bsdf("principled", HUE, number("roughness", 0.4), number("sheen", 0.7), number("sheen_tint", 0.5),
+                           number("flatness", 0.5), number("clearcoat", 0.8), number("clearcoat_gloss", 0.3)),
+        "principled-metal": bsdf("principled", HUE, number("roughness", 0.5), number("metallic", 0.8), number("anisotropic", 0.7),
+                                 number("spec_tint", 0.5)),
+        "principled-glass": bsdf("principled", HUE, number("roughness", 0.5), number("spec_trans", 0.9), number("eta", 1.5)),
         "null": bsdf("null"),
         "mask": bsdf("mask", number("opacity", 0.3), DIFFUSE),
         "texture-checkerboard": bsdf("diffuse", checkerboard("reflectance")),
@@ -224,6 +232,9 @@ def emitters():
         "envmap-turned": envmap("../environment.exr", number("scale", 2.5),
                                 to_world('<rotate x="1" angle="77"/><rotate z="1" angle="30"/>')),
         "envmap-8-bit": envmap("../environment.png"),
+        "sunsky": f'<emitter type="sunsky"><vector name="sun_direction" x="0.4" y="-0.5" z="0.7"/>{number("sky_scale", 30)}</emitter>',
+        "sunsky-wide": '<emitter type="sunsky"><vector name="sun_direction" x="-0.6" y="-0.6" z="0.25"/>'
+                       f'{number("sun_aperture", 25)}{number("turbidity", 6.5)}{rgb("albedo", 0.1, 0.4, 0.8)}{number("sky_scale", 10)}</emitter>',
         "of-many-kinds": SKY + LAMP
             + f'<emitter type="point"><point name="position" x="1" y="-2" z="2"/>{rgb("intensity", 3, 2, 1)}</emitter>'
             + f'<emitter type="directional"><vector name="direction" x="1" y="2" z="-3"/>{rgb("irradiance", 0.5, 1, 1)}</emitter>',

@@ -17,18 +17,15 @@ use rayon::prelude::*;
 
 use super::faces::{Faces, MIDDLE};
 use super::found::{Discovery, Landing, SignatureLight};
+use super::inputs::{DiscoveryInputs, PLACES};
 use super::look::LEAST_THROUGHPUT;
-use super::places::{LEAST_PLACES, PLACES, StartPlace, places_of};
+use super::places::StartPlace;
 use crate::geometry::{Ray, World};
 use crate::numeric::math;
 use crate::numeric::{Stream, StreamKind};
-use crate::reference::beams::pass::BeamLight;
-use crate::scene::Scene;
 use crate::transport::first_surface::{ChartPlace, SurfaceChart};
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::path_end::End;
-use crate::transport::scatter::ShadingNormals;
-use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
 /// Number of places at which searches begin, for each signature and each point of the sensor.
@@ -69,10 +66,7 @@ const SEED: u64 = 0x4149_4d00;
 
 /// The inputs that all searches share.
 struct Aims<'a> {
-    scene: &'a Scene,
-    lights: &'a [BeamLight],
-    screen: &'a Screen<'a>,
-    shading_normals: ShadingNormals,
+    inputs: &'a DiscoveryInputs<'a>,
     /// Points that the sensor measures.
     points: Vec<DVec3>,
     faces: Faces,
@@ -98,24 +92,14 @@ struct Tried {
 
 /// Signatures by which light gets to the surfaces that the sensor sees, and about how much; those that are
 /// `known` are not searched for.
-pub(super) fn aim(
-    scene: &Scene,
-    lights: &[BeamLight],
-    screen: &Screen,
-    max_depth: u32,
-    shading_normals: ShadingNormals,
-    known: &Discovery,
-) -> Discovery {
+pub(super) fn aim(inputs: &DiscoveryInputs, known: &Discovery) -> Discovery {
     let aims = Aims {
-        scene,
-        lights,
-        screen,
-        shading_normals,
-        points: screen.points(scene),
-        faces: Faces::new(scene),
+        inputs,
+        points: inputs.screen.points(inputs.scene),
+        faces: Faces::new(inputs.scene),
     };
     let beginnings: Vec<((Signature, usize), Vec<Beginning>)> =
-        aims.beginnings(max_depth, known).into_iter().collect();
+        aims.beginnings(known).into_iter().collect();
     let found: Vec<Option<SignatureLight>> = beginnings
         .par_iter()
         .enumerate()
@@ -144,37 +128,21 @@ pub(super) fn aim(
 }
 
 impl Aims<'_> {
-    fn follower(&self, light: usize, signature: Signature) -> PathFollower<'_, 3> {
-        let source = &self.lights[light].source;
-        PathFollower::new(
-            self.scene,
-            source,
-            self.screen,
-            signature,
-            self.shading_normals,
-        )
-    }
-
     /// The places whose last legs pass nearest to a point, nearest first, by signature and point.
-    fn beginnings(
-        &self,
-        max_depth: u32,
-        known: &Discovery,
-    ) -> BTreeMap<(Signature, usize), Vec<Beginning>> {
+    fn beginnings(&self, known: &Discovery) -> BTreeMap<(Signature, usize), Vec<Beginning>> {
         let mut nearest: BTreeMap<(Signature, usize), Vec<Beginning>> = BTreeMap::new();
         let mut light_by: BTreeMap<Signature, f64> = BTreeMap::new();
-        let each = PLACES.div_ceil(self.lights.len().max(1));
-        for (index, light) in self.lights.iter().enumerate() {
+        let inputs = self.inputs;
+        for index in 0..inputs.lights.len() {
             let stream = Stream::new(StreamKind::Random, SEED ^ 1).split(index as u64);
-            let least = LEAST_PLACES / self.lights.len();
-            let places = places_of(self.scene, light, each, least);
+            let places = inputs.places(index, PLACES);
             let look = |(number, place): (usize, &StartPlace)| {
-                let mut follower = self.follower(index, Signature::DIRECT);
+                let mut follower = inputs.follower(index, Signature::DIRECT);
                 let mut legs = Vec::new();
                 follower.follow_some(
                     &place.chart,
                     place.at,
-                    [SPLIT_DEPTH, max_depth],
+                    [SPLIT_DEPTH, inputs.max_depth],
                     LEAST_THROUGHPUT,
                     &mut |signature| stream.extra(number as u64, signature.key()),
                     &mut |signature, leg, path, probability| {
@@ -223,7 +191,7 @@ impl Aims<'_> {
         beginning: &Beginning,
         stream: &Stream,
     ) -> Option<SignatureLight> {
-        let mut follower = self.follower(beginning.light, signature);
+        let mut follower = self.inputs.follower(beginning.light, signature);
         let mut about = Surroundings::new(self, beginning);
         let mut angle = beginning.angle;
         let mut halved = (angle, 0);
@@ -269,7 +237,7 @@ struct Surroundings<'a> {
 
 impl<'a> Surroundings<'a> {
     fn new(aims: &'a Aims, beginning: &Beginning) -> Self {
-        let (world, best) = (aims.scene.world(), beginning.place);
+        let (world, best) = (aims.inputs.scene.world(), beginning.place);
         let widest = if matches!(best.chart, SurfaceChart::Face { .. }) {
             // A good part of the mesh.
             0.25 * world.shapes()[best.chart.shape() as usize]
@@ -323,11 +291,7 @@ impl<'a> Surroundings<'a> {
             }
         });
         self.best = next.unwrap_or(self.best);
-        self.scale(if is_far { 1.0 } else { NEARER });
-    }
-
-    fn scale(&mut self, factor: f64) {
-        self.reach *= factor;
+        self.reach *= if is_far { 1.0 } else { NEARER };
     }
 
     /// The place that three numbers in 0..1 stand for; `None` beyond the surface.
@@ -424,11 +388,11 @@ fn measure(
         let count = landed.len() as u64;
         if count * 16 < AREA_PLACES {
             // Too few to tell how many.
-            about.scale(NEARER);
+            about.reach *= NEARER;
             has_shrunk = true;
         } else if count * 4 > AREA_PLACES && !has_shrunk && about.reach < about.widest {
             // Most send some: there is more beyond.
-            about.scale(1.0 / NEARER);
+            about.reach *= 1.0 / NEARER;
         } else {
             let sum: f64 = landed.iter().map(|([flux, _], _)| flux).sum();
             let peak = landed.iter().map(|([_, delivered], _)| *delivered);

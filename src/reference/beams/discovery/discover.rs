@@ -4,14 +4,10 @@ use rayon::prelude::*;
 
 use super::aim::aim;
 use super::found::{Discovery, SignatureLight};
+use super::inputs::{DiscoveryInputs, PLACES};
 use super::look::{LandedPath, look_at};
-use super::places::{LEAST_PLACES, PLACES, StartPlace, places_of};
+use super::places::StartPlace;
 use super::rare::look_for_rare;
-use crate::reference::beams::pass::BeamLight;
-use crate::scene::Scene;
-use crate::transport::fixed_signature::PathFollower;
-use crate::transport::scatter::ShadingNormals;
-use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
 /// Number of halvings of the way between two places.
@@ -22,33 +18,26 @@ const LEVELS_BETWEEN: u32 = 10;
 /// It follows all branches of some thousand paths spread over all first surfaces, and of some more between
 /// neighbours that saw different things. Then it follows single branches of as many more as it takes to see
 /// rare light.
-pub fn discover(
-    scene: &Scene,
-    lights: &[BeamLight],
-    screen: &Screen,
-    max_depth: u32,
-    shading_normals: ShadingNormals,
-) -> Discovery {
-    let places = PLACES.div_ceil(lights.len().max(1));
+pub fn discover(inputs: &DiscoveryInputs) -> Discovery {
+    let max_depth = inputs.max_depth;
+    let most_between = PLACES.div_ceil(inputs.lights.len().max(1));
     let mut all = Discovery::default();
-    for light in lights {
-        let source = &light.source;
+    for light in 0..inputs.lights.len() {
         let look = |place: &StartPlace| {
-            let mut follower =
-                PathFollower::<3>::new(scene, source, screen, Signature::DIRECT, shading_normals);
+            let mut follower = inputs.follower(light, Signature::DIRECT);
             look_at(&mut follower, place, [max_depth; 2], |_| 0.0)
         };
-        let least = LEAST_PLACES / lights.len();
-        let seen: Vec<PlaceSights> = places_of(scene, light, places, least)
+        let seen: Vec<PlaceSights> = inputs
+            .places(light, PLACES)
             .into_par_iter()
             .map(|place| PlaceSights::new(place, look))
             .collect();
-        let between = look_between(&seen, places, look);
+        let between = look_between(&seen, most_between, look);
         for sight in seen.iter().chain(&between).flat_map(|seen| &seen.sights) {
             all.add(sight);
         }
     }
-    let (rare, is_enough) = look_for_rare(scene, lights, screen, max_depth, shading_normals);
+    let (rare, is_enough) = look_for_rare(inputs);
     all.looked.clone_from(&rare.looked);
     all.landed = rare.signatures.values().map(|found| found.flux).sum();
     if !is_enough && rare.is_mostly_beside() {
@@ -64,13 +53,13 @@ pub fn discover(
         };
         let seen = std::mem::take(&mut all.signatures);
         all.signatures = rare.signatures.iter().filter_map(on_film).collect();
-        let led = aim(scene, lights, screen, max_depth, shading_normals, &all);
+        let led = aim(inputs, &all);
         all.learn(led.signatures);
         all.learn(seen.iter().filter_map(on_film).collect());
     } else {
         all.learn(rare.signatures);
         if !is_enough {
-            let led = aim(scene, lights, screen, max_depth, shading_normals, &all);
+            let led = aim(inputs, &all);
             all.learn(led.signatures);
         }
     }

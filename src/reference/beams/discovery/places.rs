@@ -6,12 +6,6 @@ use crate::reference::beams::pass::BeamLight;
 use crate::scene::Scene;
 use crate::transport::first_surface::{Source, SurfaceChart, SurfacePatch};
 
-/// Number of places, about, on all first surfaces.
-pub(super) const PLACES: usize = 1 << 12;
-
-/// Least number of places on each shape, all lights together: a small thing beside a large mesh has its own.
-pub(super) const LEAST_PLACES: usize = 1 << 7;
-
 /// A place of a first surface.
 #[derive(Clone, Copy)]
 pub(super) struct StartPlace {
@@ -59,23 +53,19 @@ fn places_on(
     patches: &[SurfacePatch],
     count: usize,
 ) -> Vec<StartPlace> {
-    let lit: Vec<f64> = patches
-        .iter()
-        .map(|patch| {
-            let [a, b, c] = patch.corners;
-            let emitted = |at: DVec2| {
-                let place = patch.chart.place(scene.world(), at)?;
-                let arrival = source.arrive(place.point.position)?;
-                Some(arrival.emitted(&place))
-            };
-            let most = [a, b, c, (a + b + c) / 3.0]
-                .map(|at| emitted(at).unwrap_or(0.0))
-                .into_iter()
-                .fold(0.0, f64::max);
-            most * area_of(patch)
-        })
-        .collect();
-    let areas: Vec<f64> = patches.iter().map(area_of).collect();
+    let lit = |patch: &SurfacePatch| {
+        let [a, b, c] = patch.corners;
+        let emitted = |at| {
+            patch
+                .chart
+                .emitted(scene.world(), source, at)
+                .unwrap_or(0.0)
+        };
+        let most = [a, b, c, (a + b + c) / 3.0].map(emitted);
+        most.into_iter().fold(0.0, f64::max) * patch.area()
+    };
+    let lit: Vec<f64> = patches.iter().map(lit).collect();
+    let areas: Vec<f64> = patches.iter().map(SurfacePatch::area).collect();
     // Half by light, half by area: most light of many reflections set out at a grazing angle.
     let by = |values: &[f64]| 0.5 / values.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let (by_light, by_area) = (by(&lit), by(&areas));
@@ -90,7 +80,7 @@ fn places_on(
         passed += share;
         // One place for each part 1/count of the light.
         while places.len() < count && (places.len() as f64 + 0.5) * total <= passed * count as f64 {
-            let area = area_of(patch) * total / (share * count as f64);
+            let area = patch.area() * total / (share * count as f64);
             places.push(StartPlace {
                 chart: patch.chart,
                 at: inside(patch, places.len()),
@@ -99,11 +89,6 @@ fn places_on(
         }
     }
     places
-}
-
-fn area_of(patch: &SurfacePatch) -> f64 {
-    let [a, b, c] = patch.corners;
-    0.5 * (b - a).perp_dot(c - a).abs()
 }
 
 /// Points of Roberts' R2 sequence, folded into the triangle.

@@ -3,15 +3,11 @@
 use rayon::prelude::*;
 
 use super::found::Discovery;
+use super::inputs::{DiscoveryInputs, PLACES};
 use super::look::{LandedPath, look_at};
-use super::places::{LEAST_PLACES, PLACES, StartPlace, places_of};
+use super::places::StartPlace;
 use crate::numeric::{Stream, StreamKind};
 use crate::radiometry::Rgb;
-use crate::reference::beams::pass::BeamLight;
-use crate::scene::Scene;
-use crate::transport::fixed_signature::PathFollower;
-use crate::transport::scatter::ShadingNormals;
-use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
 
 /// Number of places that must send light to the film. If one in a thousand of these landings is of a
@@ -33,13 +29,7 @@ const SEED: u64 = 0x5352_5645_5900;
 /// Each round spreads its places over all first surfaces anew, twice as many as the round before. The last
 /// round that saw a signature tells its flux. If only an earlier one saw it, that is too much rather than too
 /// little.
-pub(super) fn look_for_rare(
-    scene: &Scene,
-    lights: &[BeamLight],
-    screen: &Screen,
-    max_depth: u32,
-    shading_normals: ShadingNormals,
-) -> (Discovery, bool) {
+pub(super) fn look_for_rare(inputs: &DiscoveryInputs) -> (Discovery, bool) {
     let mut all = Discovery::default();
     let mut landed = 0;
     for count in (1..=ROUNDS).map(|round| PLACES << round) {
@@ -47,32 +37,23 @@ pub(super) fn look_for_rare(
             break;
         }
         let mut round = Discovery::default();
-        for (index, light) in lights.iter().enumerate() {
+        for index in 0..inputs.lights.len() {
             let stream = Stream::new(StreamKind::Random, SEED)
                 .split(count as u64)
                 .split(index as u64);
-            let each = count.div_ceil(lights.len());
-            let least = LEAST_PLACES / lights.len();
-            let places = places_of(scene, light, each, least);
+            let places = inputs.places(index, count);
             let shapes = places.chunk_by(|a, b| a.chart.shape() == b.chart.shape());
             for places in shapes {
                 let shape = (index, places[0].chart.shape());
                 let known = all.looked.entry(shape).or_default();
-                known.set_out = set_out(scene, light, places);
+                known.set_out = set_out(inputs, index, places);
                 known.places += places.len() as u64;
             }
-            let look = |(index, place): (usize, &StartPlace)| {
-                let source = &light.source;
-                let mut follower = PathFollower::<3>::new(
-                    scene,
-                    source,
-                    screen,
-                    Signature::DIRECT,
-                    shading_normals,
-                );
-                let depths = [SPLIT_DEPTH, max_depth];
+            let look = |(number, place): (usize, &StartPlace)| {
+                let mut follower = inputs.follower(index, Signature::DIRECT);
+                let depths = [SPLIT_DEPTH, inputs.max_depth];
                 look_at(&mut follower, place, depths, |signature| {
-                    stream.extra(index as u64, signature.key())
+                    stream.extra(number as u64, signature.key())
                 })
             };
             let seen: Vec<Vec<LandedPath>> = places.par_iter().enumerate().map(look).collect();
@@ -97,15 +78,10 @@ pub(super) fn look_for_rare(
 }
 
 /// Flux \[W\] that sets out to the first surfaces that places stand for.
-fn set_out(scene: &Scene, light: &BeamLight, places: &[StartPlace]) -> Rgb {
-    let source = &light.source;
-    let by_strength: f64 = places
-        .iter()
-        .filter_map(|place| {
-            let spot = place.chart.place(scene.world(), place.at)?;
-            let arrival = source.arrive(spot.point.position)?;
-            Some(arrival.emitted(&spot) * place.area)
-        })
-        .sum();
+fn set_out(inputs: &DiscoveryInputs, light: usize, places: &[StartPlace]) -> Rgb {
+    let (world, source) = (inputs.scene.world(), &inputs.lights[light].source);
+    let emitted =
+        |place: &StartPlace| Some(place.chart.emitted(world, source, place.at)? * place.area);
+    let by_strength: f64 = places.iter().filter_map(emitted).sum();
     source.strength() * by_strength
 }

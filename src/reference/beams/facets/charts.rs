@@ -1,7 +1,7 @@
 //! Facets and the charts of their coordinates.
 
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{SurfaceChart, SurfacePatch};
+use crate::transport::first_surface::SurfacePatch;
 
 /// Parts the patches that are facets, as the facets' numbers, from the others.
 pub fn part_patches(facets: &Facets, patches: &[SurfacePatch]) -> (Vec<u32>, Vec<SurfacePatch>) {
@@ -24,22 +24,5 @@ pub fn part_patches(facets: &Facets, patches: &[SurfacePatch]) -> (Vec<u32>, Vec
 
 /// The facet that a patch is a part of; `None` if it is not flat.
 pub fn facet_of(facets: &Facets, patch: &SurfacePatch) -> Option<u32> {
-    match patch.chart {
-        SurfaceChart::Face { shape, face } => facets.of(shape, face),
-        SurfaceChart::Parameters { shape } => facets.of(shape, 0),
-        SurfaceChart::Cap { .. } => None,
-    }
-}
-
-/// The chart whose coordinates the facet has.
-pub(super) fn chart_of(facets: &Facets, facet: u32, is_mesh: bool) -> SurfaceChart {
-    let facet = facets.get(facet);
-    if is_mesh {
-        SurfaceChart::Face {
-            shape: facet.shape,
-            face: facet.face,
-        }
-    } else {
-        SurfaceChart::Parameters { shape: facet.shape }
-    }
+    facets.of(patch.chart.shape(), patch.chart.face())
 }

@@ -6,7 +6,7 @@
 //! that meets a facet first is followed leg by leg (`refine/`). A ray through its middle finds a facet, and
 //! the facet's edges cut out the part of the polygon that goes there. The rest is followed likewise. Each cut
 //! parts a polygon in two, so that nothing is lost or counted twice. A polygon that has made all its events
-//! lands (`land.rs`) as a fan of triangles.
+//! lands (`refine/land.rs`) as a fan of triangles.
 //!
 //! One ray does not show what is beside it. So a polygon goes on only if nothing else may be in the space
 //! that its leg sweeps (`leg/`). A facet that may be there is cut out, too. Beside a surface that is not
@@ -18,10 +18,9 @@
 //! tolerance does not allow that, polygons are halved.
 
 mod charts;
-mod land;
 mod leg;
 mod polygon;
 mod refine;
 
 pub use charts::{facet_of, part_patches};
-pub use refine::{FacetRefiner, Followed, by_events};
+pub use refine::{FacetRefiner, by_events};

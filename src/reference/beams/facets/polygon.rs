@@ -6,21 +6,6 @@ use glam::DVec2;
 
 use crate::transport::facets::path::{FacetChain, FacetLight, FacetPaths};
 
-/// The end of a polygon's leg.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum LegEnd {
-    /// A facet.
-    Facet(u32),
-    /// The sensor, after its last event.
-    Sensor,
-    /// A shape that is not flat and ends it.
-    Blocked(u32),
-    /// Nothing: the light leaves the scene.
-    Away,
-    /// A surface that is not flat and sends light on.
-    Curved,
-}
-
 /// A convex polygon of light that has gone by one chain of facets so far.
 #[derive(Clone, Debug)]
 pub(super) struct LightPolygon<const N: usize> {
@@ -177,7 +162,7 @@ impl<const N: usize> LightPolygon<N> {
     pub(super) fn halves(&self, paths: &FacetPaths) -> Option<[Self; 2]> {
         let (_, middle) = self.area_and_middle();
         // Lengths as on the surface: coordinates may be stretched.
-        let facet = paths.facets().get(self.chain.first());
+        let facet = paths.facets.get(self.chain.first());
         let place = |at: DVec2| facet.point(at).position;
         let mut longest = (0.0, DVec2::ZERO);
         for (index, a) in self.corners.iter().enumerate() {

@@ -3,7 +3,7 @@
 use crate::transport::flux::Flux;
 
 /// The balance of the light of some cells.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Balance<const N: usize> {
     /// Light \[W\] that set out towards the cells' surface, all signatures together, mean of channels.
     pub emitted: f64,
@@ -17,19 +17,6 @@ pub struct Balance<const N: usize> {
     pub unresolved_cells: u64,
     /// Uncertain flux \[W\]: it may be elsewhere because of borders.
     pub uncertain: Flux<N>,
-}
-
-impl<const N: usize> Default for Balance<N> {
-    fn default() -> Self {
-        Self {
-            emitted: 0.0,
-            received: Flux::BLACK,
-            cells: 0,
-            cut_cells: 0,
-            unresolved_cells: 0,
-            uncertain: Flux::BLACK,
-        }
-    }
 }
 
 impl<const N: usize> std::ops::AddAssign for Balance<N> {

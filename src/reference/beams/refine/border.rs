@@ -1,13 +1,12 @@
 //! Cells that a border between topologies crosses.
 
-use super::refiner::{Finished, Refiner, Scratch, look_flux};
+use super::refiner::{Finished, Refiner, Scratch};
 use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
 use crate::reference::beams::cut::{self, CUT_ERROR, CutPiece};
-use crate::reference::beams::deposit::image_of;
+use crate::reference::beams::deposit::{box_round, image_of};
 use crate::transport::first_surface::SurfaceChart;
-use crate::transport::flux::Flux;
 
-impl<const N: usize> Refiner<'_, '_, N> {
+impl<const N: usize> Refiner<'_, N> {
     /// True if a cell may hide light that lands although none of its nodes did: such light is found between
     /// two nodes of different topologies. For example, on the two sides of a border light may have one
     /// reflection less and one more than a sliver between them.
@@ -23,7 +22,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
             ..
         } = self;
         let in_sight = cell.clearance.is_in_sight();
-        let mut follow = |at| paths.node(borders, chart, at, in_sight);
+        let mut follow = |at| paths.node(borders, chart, at, in_sight, false);
         let [a, b, c] = &cell.corners;
         let [bc, ca, ab] = middles;
         [[a, ab], [ab, b], [b, bc], [bc, c], [c, ca], [ca, a]]
@@ -41,18 +40,10 @@ impl<const N: usize> Refiner<'_, '_, N> {
         middles: &[BeamNode<N>; 3],
         look: &CellSummary<N>,
     ) -> bool {
-        let mut cut = Finished {
-            look: *look,
-            failed: [false; 4],
-            uncertain: Flux::BLACK,
-            is_cut: false,
-        };
+        let mut cut = Finished::uncut(*look);
         self.cut(chart, cell, middles, &mut cut);
         let Scratch { fine, coarse, .. } = &mut self.scratch;
-        let (mut low, mut high) = (look.low, look.high);
-        for at in fine.iter().flat_map(image_of) {
-            (low, high) = (low.min(at), high.max(at));
-        }
+        let [low, high] = box_round(fine.iter().flat_map(image_of).chain([look.low, look.high]));
         fine.clear();
         coarse.clear();
         CellSummary { low, high, ..*look }.is_off(self.film.size())
@@ -80,7 +71,7 @@ impl<const N: usize> Refiner<'_, '_, N> {
         } = self;
         let area = cell.area();
         let in_sight = cell.clearance.is_in_sight();
-        let mut follow = |at| paths.node(borders, chart, at, in_sight);
+        let mut follow = |at| paths.node(borders, chart, at, in_sight, false);
         let mut unresolved = 0.0;
         let quarters = cell.quarter_corners(middles);
         for (corners, failed) in quarters.iter().zip(&mut finished.failed) {
@@ -95,25 +86,21 @@ impl<const N: usize> Refiner<'_, '_, N> {
             pieces.map(|piece| piece.area * mean_weight(piece)).sum()
         };
         let fine_flux = flux(&mut fine.iter());
-        let mut bent = look_flux(&finished.look) * area;
-        if unresolved == 0.0 {
-            if let Some(pieces) = cut::cut(&cell.corners, &mut follow) {
-                coarse.extend(pieces.iter());
-                let coarse_flux = flux(&mut coarse.iter());
-                bent =
-                    (fine_flux - coarse_flux).abs() + CUT_ERROR * look_flux(&finished.look) * area;
-            } else {
-                // No coarse answer to compare with: half of the cell may be on the wrong side.
-                bent *= 0.5;
-            }
+        let largest = finished.look.weight.max_magnitude();
+        let bent = if unresolved > 0.0 {
+            largest * unresolved
+        } else if let Some(pieces) = cut::cut(&cell.corners, &mut follow) {
+            coarse.extend(pieces.iter());
+            let coarse_flux = flux(&mut coarse.iter());
+            (fine_flux - coarse_flux).abs() + CUT_ERROR * largest * area
         } else {
-            bent = look_flux(&finished.look) * unresolved;
-        }
+            // No coarse answer to compare with: half of the cell may be on the wrong side.
+            0.5 * (largest * area)
+        };
         if coarse.is_empty() {
             // Nothing to extrapolate from: the fine pieces stand for both.
             coarse.extend_from_slice(fine);
         }
-        let largest = look_flux(&finished.look);
         if largest > 0.0 {
             finished.uncertain = finished.look.weight * (bent / largest);
         }

@@ -29,7 +29,8 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
     }
 
     /// The node at coordinates of a chart. `in_sight` is true if it is known that nothing is between the
-    /// source and the surface.
+    /// source and the surface, `with_legs` if the clearance is likely to need the path's
+    /// [trail](Self::trail).
     #[inline]
     pub fn node(
         &mut self,
@@ -37,23 +38,10 @@ impl<'a, const N: usize> NodeFinder<'a, N> {
         chart: &SurfaceChart,
         at: DVec2,
         in_sight: bool,
+        with_legs: bool,
     ) -> BeamNode<N> {
         self.found(chart, at, |follower, chart, at| {
-            store.path(follower, chart, at, in_sight)
-        })
-    }
-
-    /// The same for a cell whose [trails](Self::trail) the clearance is likely to need.
-    #[inline]
-    pub fn node_with_trail(
-        &mut self,
-        store: &mut PathStore<N>,
-        chart: &SurfaceChart,
-        at: DVec2,
-        in_sight: bool,
-    ) -> BeamNode<N> {
-        self.found(chart, at, |follower, chart, at| {
-            store.path_with_legs(follower, chart, at, in_sight)
+            store.path(follower, chart, at, in_sight, with_legs)
         })
     }
 

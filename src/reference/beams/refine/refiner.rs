@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use glam::DVec2;
 
 use super::balance::Balance;
-use super::limits::Asked;
+use super::limits::{Asked, Limits};
 use super::nodes::NodeFinder;
 use crate::geometry::TraversalCounters;
 use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
@@ -133,15 +133,15 @@ pub const fn scratch_bytes<const N: usize>(events: usize) -> usize {
 }
 
 /// Refiner of cells of one source's light, for one signature.
-pub struct Refiner<'a, 'f, const N: usize> {
+pub struct Refiner<'a, const N: usize> {
     pub(super) paths: NodeFinder<'a, N>,
-    pub(super) film: &'f BeamFilm<N>,
+    pub(super) film: &'a BeamFilm<N>,
     pub(super) scratch: Scratch<N>,
     /// Memory that it takes for as long as it works.
-    lent: &'f RefCell<Scratch<N>>,
+    lent: &'a RefCell<Scratch<N>>,
     signature: Signature,
-    pub(super) clearance: &'f Clearance<'a>,
-    pub(super) limit: &'f Limit<'f>,
+    pub(super) clearance: &'a Clearance<'a>,
+    pub(super) limit: &'a Limit<'a>,
     /// Number of cells until the limit is asked again.
     pub(super) patience: u32,
     /// Number of rays that the limit knows of.
@@ -149,14 +149,10 @@ pub struct Refiner<'a, 'f, const N: usize> {
     pub(super) stopped: bool,
     /// The cone, for a spot.
     pub(super) cone: Option<Cone>,
-    /// Largest part of the light that sets out towards a dark place which it could deliver.
-    pub(super) peak: f64,
-    /// Flux \[W\] up to which a cell needs no clearance.
-    pub(super) uncleared: f64,
-    /// Misplaced flux \[W\] that a cell may have.
-    pub(super) tolerance: f64,
-    /// The largest part of the signature's light \[W\] that a cell may misplace.
-    pub(super) most: f64,
+    /// The limits of the division.
+    limits: Limits,
+    /// Misplaced flux \[W\] that a cell may have: the tolerance, as far as it makes sense.
+    tolerance: f64,
     /// The balance so far.
     pub balance: Balance<N>,
 }
@@ -171,16 +167,28 @@ pub(super) struct Finished<const N: usize> {
     pub(super) is_cut: bool,
 }
 
-impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
+impl<const N: usize> Finished<N> {
+    /// A cell that need not be cut.
+    pub(super) fn uncut(look: CellSummary<N>) -> Self {
+        Self {
+            look,
+            failed: [false; 4],
+            uncertain: Flux::BLACK,
+            is_cut: false,
+        }
+    }
+}
+
+impl<'a, const N: usize> Refiner<'a, N> {
     /// A refiner without any cell.
     pub fn new(
         follower: PathFollower<'a, N>,
         shared: &'a SharedPlaces<'a>,
-        film: &'f BeamFilm<N>,
-        clearance: &'f Clearance<'a>,
-        limit: &'f Limit<'f>,
+        film: &'a BeamFilm<N>,
+        clearance: &'a Clearance<'a>,
+        limit: &'a Limit<'a>,
         (signature, limits): Asked,
-        lent: &'f RefCell<Scratch<N>>,
+        lent: &'a RefCell<Scratch<N>>,
     ) -> Self {
         Self {
             cone: Cone::of(follower.source()),
@@ -196,11 +204,19 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
             lent,
             signature,
             tolerance: limits.tolerance.min(limits.most()),
-            most: limits.most(),
-            peak: limits.peak,
-            uncleared: limits.uncleared(),
+            limits,
             balance: Balance::default(),
         }
+    }
+
+    /// The signature.
+    pub fn signature(&self) -> Signature {
+        self.signature
+    }
+
+    /// The limits of its division.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
     }
 
     /// The work done so far.
@@ -214,7 +230,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     }
 
     /// The film.
-    pub fn film(&self) -> &'f BeamFilm<N> {
+    pub fn film(&self) -> &'a BeamFilm<N> {
         self.film
     }
 
@@ -276,14 +292,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         let corners = patch
             .corners
             .map(|at| self.stored(&patch.chart, at, CellClearance::default()));
-        BeamCell {
-            corners,
-            level: 0,
-            clearance: CellClearance::default(),
-            noted_bend: 0.0,
-            coarser: None,
-            outer_bend: 0.0,
-        }
+        BeamCell::of_patch(corners)
     }
 
     /// The nodes at the middles of a cell's edges.
@@ -331,7 +340,7 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
         } else {
             set_out
         };
-        if cell.level >= MAX_LEVEL || flux <= self.uncleared {
+        if cell.level >= MAX_LEVEL || flux <= self.limits.uncleared() {
             return true;
         }
         // Light may get through at an angle that no node came at: the clearance knows of surfaces only.
@@ -361,13 +370,13 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     /// Misplaced flux \[W\] that a cell may have: of n texels, light that is misplaced by chance has √n times
     /// less effect on each.
     fn tolerance_of(&self, look: &CellSummary<N>) -> f64 {
-        (self.tolerance * look.texels(self.film.size()).sqrt()).min(self.most)
+        (self.tolerance * look.texels(self.film.size()).sqrt()).min(self.limits.most())
     }
 
     /// Flux \[W\] that a cell of this area may deliver although no node of it landed. It is twice the part,
     /// of all that sets out, that the best path of the discovery delivered.
     fn may_deliver(&self, area: f64, look: &CellSummary<N>) -> f64 {
-        area * look.emitted * (2.0 * self.peak).min(1.0)
+        area * look.emitted * (2.0 * self.limits.peak).min(1.0)
     }
 
     /// True if a spot may shine on a part of a cell, none of whose nodes is lit.
@@ -383,12 +392,8 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     #[inline]
     fn stored(&mut self, chart: &SurfaceChart, at: DVec2, known: CellClearance) -> BeamNode<N> {
         let store = &mut self.scratch.store;
-        let in_sight = known.is_in_sight();
-        if known.all {
-            self.paths.node(store, chart, at, in_sight)
-        } else {
-            self.paths.node_with_trail(store, chart, at, in_sight)
-        }
+        self.paths
+            .node(store, chart, at, known.is_in_sight(), !known.all)
     }
 
     /// The cell ready for the film; `None` if it must be divided.
@@ -401,18 +406,13 @@ impl<'a, 'f, const N: usize> Refiner<'a, 'f, N> {
     ) -> Option<Finished<N>> {
         let area = cell.area();
         let is_last = cell.level >= MAX_LEVEL || area * look.emitted == 0.0;
-        let mut finished = Finished {
-            look,
-            failed: [false; 4],
-            uncertain: Flux::BLACK,
-            is_cut: false,
-        };
+        let mut finished = Finished::uncut(look);
         self.scratch.fine.clear();
         self.scratch.coarse.clear();
         if !look.any_landed {
             let is_dark = is_last
                 || look.is_one_topology()
-                || self.may_deliver(area, &look) <= self.uncleared * LEAST_SLIVER
+                || self.may_deliver(area, &look) <= self.limits.uncleared() * LEAST_SLIVER
                 || !self.may_hide_sliver(chart, cell, middles);
             return is_dark.then_some(finished);
         }
@@ -541,10 +541,6 @@ fn nodes<const N: usize>(cell: &BeamCell<N>, middles: &[BeamNode<N>; 3]) -> [Bea
     let [a, b, c] = cell.corners;
     let [d, e, f] = *middles;
     [a, b, c, d, e, f]
-}
-
-pub(super) fn look_flux<const N: usize>(look: &CellSummary<N>) -> f64 {
-    look.weight.max_magnitude()
 }
 
 /// Largest part of a cell's flux that an affine map may put into wrong texels, for a unit of area.

@@ -56,7 +56,7 @@ impl std::ops::Mul<f64> for Sounding {
     }
 }
 
-impl<const N: usize> Refiner<'_, '_, N> {
+impl<const N: usize> Refiner<'_, N> {
     /// The likely work of [`refine`](Self::refine), as a mean over `draw`: evenly spread numbers in \[0, 1).
     /// What it puts on the film is worth nothing.
     pub fn sound(&mut self, patch: &SurfacePatch, draw: impl FnMut() -> f64) -> Sounding {

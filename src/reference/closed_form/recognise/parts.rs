@@ -171,8 +171,10 @@ fn light_origin(
             }
             Ok(LightOrigin::Rectangle(corners))
         }
-        Emitter::Constant { .. } | Emitter::Envmap(_) => Err(Refusal::new(format!(
-            "{name} shines from all round: closed forms know point, spot, directional, and area lights"
-        ))),
+        Emitter::Constant { .. } | Emitter::Envmap(_) | Emitter::Sunsky(_) => {
+            Err(Refusal::new(format!(
+                "{name} shines from all round: closed forms know point, spot, directional, and area lights"
+            )))
+        }
     }
 }

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::legs::{Goal, LegLine, Legs};
+use super::end::LegEnd;
+use super::legs::{LegLine, Legs};
 use crate::geometry::PlanePair;
 use crate::reference::beams::facets::polygon::is_below;
 use crate::transport::facets::table::Facet;
@@ -12,13 +13,13 @@ impl Legs<'_> {
     /// The space between the planes of the facets that the leg starts and ends on. What is before the first
     /// or beyond the second, or within `flatness` of either, is in nobody's way. A plane that some of the
     /// light passes the other way, or along, tells nothing.
-    pub(super) fn between_ends(&self, from: Option<u32>, goal: Goal) -> [PlanePair; 2] {
+    pub(super) fn between_ends(&self, from: Option<u32>, end: LegEnd) -> [PlanePair; 2] {
         /// Rounding of a product of unit vectors, a few times.
         const GRAZING: f64 = 64.0 * f64::EPSILON;
-        let facets = self.paths.facets();
-        let to = match (goal, self.screen) {
-            (Goal::Facet(to), _) => Some(to),
-            (Goal::Receiver, Screen::Receiver(receiver)) => facets.of(receiver.shape(), 0),
+        let facets = self.paths.facets;
+        let to = match (end, self.screen) {
+            (LegEnd::Facet(to), _) => Some(to),
+            (LegEnd::Sensor, Screen::Receiver(receiver)) => facets.of(receiver.shape(), 0),
             _ => None,
         };
         // The normal on the side that light goes to, and the plane's place along it.
@@ -46,7 +47,7 @@ impl Legs<'_> {
     /// The part of the leg's light that may meet a facet which is between its ends and may be in its hull:
     /// 0 if planes and edges show that none does, `None` if only cutting tells.
     pub(super) fn part_across(&self, facet: u32, allowed: f64) -> Option<f64> {
-        let other = self.paths.facets().get(facet);
+        let other = self.paths.facets.get(facet);
         let first = self.lines[0].ray.direction;
         if let Some(part) = self.part_through(other, allowed) {
             return Some(part);
@@ -69,7 +70,7 @@ impl Legs<'_> {
     /// that an edge lets through. `None` if a cut along them would separate more than `allowed` of it.
     fn part_within(&self, facet: &Facet, direction: DVec3, allowed: f64) -> Option<f64> {
         let mut least: Option<f64> = None;
-        for edge in self.paths.facets().edges(facet, direction) {
+        for edge in self.paths.facets.edges(facet, direction) {
             let sides = self.lines.iter().map(|line| edge.side(&line.ray));
             let rounding = edge.rounding(&self.lines[0].ray);
             if is_below(sides.clone(), rounding) {

@@ -1,8 +1,9 @@
 //! The search for obstacles in the way of legs.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
-use crate::geometry::{Hull, Ray, Shape, TraversalCounters, bulge};
+use super::end::LegEnd;
+use crate::geometry::{Hull, Ray, TraversalCounters, bulge};
 use crate::reference::beams::facets::polygon::LightPolygon;
 use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::{FacetLight, FacetPaths};
@@ -10,55 +11,6 @@ use crate::transport::facets::table::Facets;
 use crate::transport::first_surface::Source;
 use crate::transport::path_end::next_hit;
 use crate::transport::screen::Screen;
-
-/// The goal of all light of a leg if nothing is in its way.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::reference::beams::facets) enum Goal {
-    /// To a facet, within its edges.
-    Facet(u32),
-    /// To the plane of the receiver.
-    Receiver,
-    /// Out of the scene.
-    Away,
-}
-
-impl Goal {
-    /// True if the place of the light at the goal is known before a search. It is not for the surfaces that a
-    /// camera sees, nor on a receiver on whose film lines are not lines.
-    fn is_known(self, paths: &FacetPaths<'_>, screen: &Screen<'_>) -> bool {
-        !matches!(self, Self::Receiver) || rectangular_receiver(paths, screen).is_some()
-    }
-
-    /// The point where a ray's line meets a facet's or a rectangular receiver's plane; `None` for other
-    /// goals.
-    pub(in crate::reference::beams::facets) fn place(
-        self,
-        paths: &FacetPaths<'_>,
-        screen: &Screen<'_>,
-        ray: &Ray,
-    ) -> Option<DVec3> {
-        match self {
-            Self::Facet(facet) => Some(paths.facets().get(facet).meet(ray)?.position),
-            Self::Receiver => {
-                Some(ray.at(rectangular_receiver(paths, screen)?.meet_beyond(ray)?.0))
-            }
-            Self::Away => None,
-        }
-    }
-}
-
-/// The receiver, if it is a rectangle. On its film, lines of the plane are lines; on a disc's, which is
-/// polar, they are not.
-pub(in crate::reference::beams::facets) fn rectangular_receiver<'a>(
-    paths: &FacetPaths<'a>,
-    screen: &Screen<'_>,
-) -> Option<&'a Shape> {
-    let Screen::Receiver(receiver) = screen else {
-        return None;
-    };
-    let shape = &paths.scene().world().shapes()[receiver.shape() as usize];
-    matches!(shape, Shape::Rectangle(_)).then_some(shape)
-}
 
 /// The obstacle that may be in the way of a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +37,8 @@ pub(super) type LegHull = Hull<HULL_CORNERS>;
 pub(super) struct LegLine {
     pub(super) ray: Ray,
     pub(super) end: DVec3,
+    /// The face that it ends on, of a mesh that is not flat; 0 elsewhere.
+    face: u32,
 }
 
 /// The things that are searched for in the space that a leg sweeps.
@@ -102,7 +56,7 @@ impl Watch {
     fn may_hold_shape(self, shape: u32, facets: &Facets) -> bool {
         match self {
             Self::Everything => true,
-            Self::Facet(facet) => facets.get(facet).shape == shape,
+            Self::Facet(facet) => facets.get(facet).shape() == shape,
             Self::Shape(only) => only == shape,
         }
     }
@@ -132,7 +86,7 @@ impl<'f> Legs<'f> {
         screen: &'f Screen<'f>,
         clearance: &'f Clearance<'f>,
     ) -> Self {
-        let bounds = paths.scene().world().bounds();
+        let bounds = paths.scene.world().bounds();
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         Self {
             paths,
@@ -152,61 +106,47 @@ impl<'f> Legs<'f> {
 
     /// True if lines of one direction stay lines of one direction.
     pub(super) fn is_affine(&self) -> bool {
-        matches!(self.paths.source(), Source::Parallel { .. })
+        matches!(self.paths.source, Source::Parallel { .. })
     }
 
     /// The obstacle of those in `watch` that may be in the way of a polygon's next leg. A facet is none if
-    /// `allowed` of the light or less may meet it, but that part counts as uncertain.
+    /// `allowed` of the light or less may meet it, but that part counts as uncertain. A leg to a shape that
+    /// is not flat is obstructed, too, if the shape may not keep back all of its light.
     pub(in crate::reference::beams::facets) fn way<const N: usize>(
         &mut self,
         polygon: &LightPolygon<N>,
-        goal: Goal,
+        end: LegEnd,
         watch: Watch,
         allowed: f64,
+        counters: &mut TraversalCounters,
     ) -> LegWay {
-        if !goal.is_known(self.paths, self.screen) {
+        if !end.is_known(self.paths, self.screen) {
             // Light that lands there is followed by other means.
             return LegWay::Clear {
                 uncertain_part: 0.0,
             };
         }
-        if self.sweep(polygon, goal).is_none() {
+        if self.sweep(polygon, end, counters).is_none() {
             return LegWay::Obstructed;
         }
-        self.look(polygon, goal, None, watch, allowed)
-    }
-
-    /// The obstacle of those in `watch` that may be in the way of a polygon's next leg to a shape that is not
-    /// flat. The leg is obstructed, too, if the shape may not keep back all of its light.
-    pub(in crate::reference::beams::facets) fn way_to_blocker<const N: usize>(
-        &mut self,
-        polygon: &LightPolygon<N>,
-        shape: u32,
-        watch: Watch,
-        allowed: f64,
-        counters: &mut TraversalCounters,
-    ) -> LegWay {
-        if self.sweep_to(polygon, shape, counters).is_none() {
-            return LegWay::Obstructed;
-        }
-        self.look(polygon, Goal::Away, Some(shape), watch, allowed)
+        self.look(polygon, end, watch, allowed)
     }
 
     /// The obstacle that may be in the hulls of a leg.
     fn look<const N: usize>(
         &self,
         polygon: &LightPolygon<N>,
-        goal: Goal,
-        blocker: Option<u32>,
+        end: LegEnd,
         watch: Watch,
         allowed: f64,
     ) -> LegWay {
         let (mut uncertain_part, mut in_the_way) = (0.0, None);
         let mut seen: Vec<u32> = Vec::new();
         let from = polygon.chain.left();
-        let facets = self.paths.facets();
-        let between = self.between_ends(from, goal);
-        let is_watched = |shape| blocker != Some(shape) && watch.may_hold_shape(shape, facets);
+        let facets = self.paths.facets;
+        let between = self.between_ends(from, end);
+        let is_watched =
+            |shape| end != LegEnd::Blocked(shape) && watch.may_hold_shape(shape, facets);
         let is_obstructed = self.hulls.iter().any(|hull| {
             self.clearance
                 .may_be_between(hull, &between, is_watched, |shape, face| {
@@ -214,8 +154,7 @@ impl<'f> Legs<'f> {
                     let Some(facet) = facets.of(shape, face) else {
                         return false;
                     };
-                    let is_end =
-                        from == Some(facet) || matches!(goal, Goal::Facet(to) if to == facet);
+                    let is_end = from == Some(facet) || end == LegEnd::Facet(facet);
                     if is_end || !watch.may_hold_facet(facet) {
                         return false;
                     }
@@ -237,46 +176,73 @@ impl<'f> Legs<'f> {
         }
     }
 
-    /// Finds the lines and hulls of a leg; `None` if some of its light does not get there.
-    fn sweep<const N: usize>(&mut self, polygon: &LightPolygon<N>, goal: Goal) -> Option<()> {
+    /// Finds the lines and hulls of a leg. `None` if some of its light does not get there, or if a shape that
+    /// ends it may not keep back all of its light.
+    fn sweep<const N: usize>(
+        &mut self,
+        polygon: &LightPolygon<N>,
+        end: LegEnd,
+        counters: &mut TraversalCounters,
+    ) -> Option<()> {
         self.lines.clear();
         self.hulls.clear();
         for corner in &polygon.corners {
-            let line = self.line(&corner.ray, goal)?;
+            let line = self.line(polygon, corner, end, counters)?;
             self.lines.push(line);
         }
         self.corners = self.lines.len();
-        let mut bulges = [0.0; 2];
+        let mut bulges = [0.0_f64; 2];
         // The side that a triangle of the fan shares with the one before.
-        let mut shared: Option<LegLine> = None;
+        let mut shared = None;
         for index in 1..self.corners.saturating_sub(1) {
-            let (next, state) = (index + 1, polygon.corners[0].state);
-            let middle = |legs: &mut Self, a: usize, b: usize| {
-                let [p, q] = [a, b].map(|corner| legs.lines[corner]);
-                if legs.is_affine() {
-                    return Some(LegLine {
-                        ray: Ray::new(0.5 * (p.ray.origin + q.ray.origin), p.ray.direction),
-                        end: 0.5 * (p.end + q.end),
-                    });
-                }
-                let at = 0.5 * (polygon.corners[a].at + polygon.corners[b].at);
-                let light: FacetLight<N> = legs.paths.follow(&polygon.chain, at);
-                let line = (light.state == state).then(|| legs.line(&light.ray, goal))??;
-                legs.lines.push(line);
-                Some(line)
-            };
+            let next = index + 1;
+            let mut middle = |ends: [usize; 2]| self.middle(polygon, ends, end, counters);
             let first = match shared {
                 Some(line) => line,
-                None => middle(self, 0, index)?,
+                None => middle([0, index])?,
             };
-            let (far, last) = (middle(self, index, next)?, middle(self, next, 0)?);
+            let (far, last) = (middle([index, next])?, middle([next, 0])?);
             shared = Some(last);
             let [a, b, c] = [0, index, next].map(|corner| self.lines[corner]);
             let six = [a, b, c, far, last, first];
-            bulges = wider(bulges, &six.map(|one| [one.ray.origin, one.end]));
+            let (starts, ends) = (six.map(|one| one.ray.origin), six.map(|one| one.end));
+            if let LegEnd::Blocked(shape) = end {
+                let faces = six.map(|one| one.face);
+                if !self.clearance.is_kept_back(starts, ends, shape, faces) {
+                    return None;
+                }
+            }
+            bulges = [bulges[0].max(bulge(&starts)), bulges[1].max(bulge(&ends))];
         }
         self.hull(bulges);
         Some(())
+    }
+
+    /// The line of the light in the middle between two corners; `None` if it does not get there, or went
+    /// another way.
+    fn middle<const N: usize>(
+        &mut self,
+        polygon: &LightPolygon<N>,
+        [a, b]: [usize; 2],
+        end: LegEnd,
+        counters: &mut TraversalCounters,
+    ) -> Option<LegLine> {
+        if self.is_affine() && !matches!(end, LegEnd::Blocked(_)) {
+            let [p, q] = [a, b].map(|corner| self.lines[corner]);
+            return Some(LegLine {
+                ray: Ray::new(0.5 * (p.ray.origin + q.ray.origin), p.ray.direction),
+                end: 0.5 * (p.end + q.end),
+                face: 0,
+            });
+        }
+        let at = 0.5 * (polygon.corners[a].at + polygon.corners[b].at);
+        let light = self.paths.follow(&polygon.chain, at);
+        if light.state != polygon.corners[0].state {
+            return None;
+        }
+        let line = self.line(polygon, &light, end, counters)?;
+        self.lines.push(line);
+        Some(line)
     }
 
     /// Finds the hulls of the lines of the polygon's corners, given how far its light bulges between them.
@@ -296,75 +262,39 @@ impl<'f> Legs<'f> {
         }
     }
 
-    /// A line up to its goal; `None` if the goal is not ahead.
-    fn line(&self, ray: &Ray, goal: Goal) -> Option<LegLine> {
-        let end = match goal {
-            Goal::Away => ray.at(self.clearance.way_out(ray.origin)),
-            _ => goal.place(self.paths, self.screen, ray)?,
-        };
-        // At an edge that two facets share, the distance is zero, give or take its rounding.
-        let is_ahead = (end - ray.origin).dot(ray.direction) >= -self.flatness;
-        is_ahead.then_some(LegLine { ray: *ray, end })
-    }
-
-    /// Finds the lines and hulls of a leg to a shape that is not flat. `None` if the shape may not keep back
-    /// all of its light.
-    fn sweep_to<const N: usize>(
-        &mut self,
+    /// A line up to its end; `None` if the end is not ahead, or if a search finds another shape there.
+    fn line<const N: usize>(
+        &self,
         polygon: &LightPolygon<N>,
-        shape: u32,
+        light: &FacetLight<N>,
+        end: LegEnd,
         counters: &mut TraversalCounters,
-    ) -> Option<()> {
-        self.lines.clear();
-        self.hulls.clear();
-        self.corners = polygon.corners.len();
-        let state = polygon.corners[0].state;
-        let mut meet = |at: DVec2| {
-            let light: FacetLight<N> = self.paths.follow(&polygon.chain, at);
-            if light.state != state {
-                return None;
-            }
-            let ray = self.paths.search_ray(&light, &polygon.chain);
-            let (along, hit) = next_hit(self.paths.scene(), ray, counters)?;
-            let line = LegLine {
-                ray: light.ray,
-                end: along.at(hit.distance),
-            };
-            (hit.shape == shape).then_some((line, hit.face))
+    ) -> Option<LegLine> {
+        let (ray, mut face) = (light.ray, 0);
+        // At an edge that two facets share, the distance is zero, give or take its rounding.
+        let ahead = |end: DVec3| {
+            let is_ahead = (end - ray.origin).dot(ray.direction) >= -self.flatness;
+            is_ahead.then_some(end)
         };
-        for corner in &polygon.corners {
-            self.lines.push(meet(corner.at)?.0);
-        }
-        let mut bulges = [0.0; 2];
-        for triangle in polygon.fan() {
-            let [a, b, c] = triangle.map(|corner| corner.at);
-            let six = [a, b, c, 0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)];
-            let mut found = [(self.lines[0], 0); 6];
-            for (place, at) in found.iter_mut().zip(six) {
-                *place = meet(at)?;
+        let end = match end {
+            LegEnd::Blocked(shape) => {
+                let search = self.paths.search_ray(light, &polygon.chain);
+                let (along, hit) = next_hit(self.paths.scene, search, counters)?;
+                if hit.shape != shape || light.state != polygon.corners[0].state {
+                    return None;
+                }
+                face = hit.face;
+                along.at(hit.distance)
             }
-            let starts = found.map(|(line, _)| line.ray.origin);
-            let ends = found.map(|(line, _)| line.end);
-            let faces = found.map(|(_, face)| face);
-            if !self.clearance.is_kept_back(starts, ends, shape, faces) {
-                return None;
-            }
-            self.lines.extend(found[3..].iter().map(|(line, _)| *line));
-            bulges = wider(bulges, &found.map(|(line, _)| [line.ray.origin, line.end]));
-        }
-        self.hull(bulges);
-        Some(())
+            LegEnd::Away => ahead(ray.at(self.clearance.way_out(ray.origin)))?,
+            _ => ahead(end.place(self.paths, self.screen, &ray)?)?,
+        };
+        Some(LegLine { ray, end, face })
     }
 
     /// True if the sensor sees nothing of the leg's ends on a surface of this shape.
     pub(in crate::reference::beams::facets) fn is_end_unseen(&self, shape: u32) -> bool {
         let ends: Vec<DVec3> = self.lines.iter().map(|line| line.end).collect();
-        self.screen
-            .is_out_of_sight(self.paths.scene(), shape, &ends)
+        self.screen.is_out_of_sight(self.paths.scene, shape, &ends)
     }
-}
-
-/// The bulges at both ends of a leg, or those of a triangle of its light where they are larger.
-fn wider(bulges: [f64; 2], triangle: &[[DVec3; 2]; 6]) -> [f64; 2] {
-    std::array::from_fn(|end| bulges[end].max(bulge(&triangle.map(|line| line[end]))))
 }

@@ -5,6 +5,8 @@
 //! those that the leg starts and ends on: their edges decide whether they are in the way (`across.rs`).
 
 mod across;
+mod end;
 mod legs;
 
-pub(super) use legs::{Goal, LegWay, Legs, Watch, rectangular_receiver};
+pub(super) use end::{LegEnd, rectangular_receiver};
+pub(super) use legs::{LegWay, Legs, Watch};

@@ -3,26 +3,26 @@
 use glam::DVec2;
 
 use super::refiner::{FacetRefiner, MAX_CUTS};
-use crate::reference::beams::facets::leg::Goal;
-use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon, Parts, PolygonCut};
+use crate::reference::beams::facets::leg::LegEnd;
+use crate::reference::beams::facets::polygon::{LightPolygon, Parts, PolygonCut};
 use crate::transport::facets::path::FacetLight;
 use crate::transport::first_surface::Source;
 
 impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     /// Cuts out the part of a polygon within a facet's outline; the rest waits. Either a ray met the facet
-    /// or, short of a goal, it may be in the way.
+    /// or, short of another end, it may be in the way.
     pub(super) fn cut_out(
         &mut self,
         mut polygon: LightPolygon<N>,
         facet: u32,
-        short_of: Option<Goal>,
+        short_of: Option<LegEnd>,
     ) {
         polygon.cuts += 1;
         if polygon.cuts > MAX_CUTS {
             self.give_back(&polygon);
             return;
         }
-        let facets = self.paths.facets();
+        let facets = self.paths.facets;
         let direction = polygon.corners[0].ray.direction;
         let mut values = Vec::with_capacity(polygon.corners.len());
         let mut was_cut = false;
@@ -59,11 +59,11 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
             }
         }
         let area = polygon.area();
-        let Some(goal) = short_of else {
+        let Some(end) = short_of else {
             self.go_on(polygon, area, LegEnd::Facet(facet));
             return;
         };
-        if !was_cut && self.cut_where_surfaces_cross(&polygon, facet, goal) {
+        if !was_cut && self.cut_where_surfaces_cross(&polygon, facet, end) {
             return;
         }
         if self.may_go_to_a_facet(&polygon) {
@@ -83,13 +83,13 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
         &mut self,
         polygon: &LightPolygon<N>,
         facet: u32,
-        goal: Goal,
+        leg_end: LegEnd,
     ) -> bool {
         let (paths, screen) = (self.paths, self.screen);
-        let plane = paths.facets().get(facet);
+        let plane = paths.facets.get(facet);
         let start = |light: &FacetLight<N>| Some(plane.height(light.ray.origin));
         let end = |light: &FacetLight<N>| {
-            let place = goal.place(paths, screen, &light.ray)?;
+            let place = leg_end.place(paths, screen, &light.ray)?;
             Some(plane.height(place))
         };
         self.cut_along(polygon, start) || self.cut_along(polygon, end)
@@ -156,7 +156,7 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
         values: &[f64],
         side: impl Fn(&FacetLight<N>) -> f64,
     ) -> f64 {
-        if matches!(self.paths.source(), Source::Parallel { .. }) {
+        if matches!(self.paths.source, Source::Parallel { .. }) {
             return 0.0;
         }
         let range = values.iter().fold(f64::NEG_INFINITY, |l, &v| l.max(v))

@@ -1,12 +1,10 @@
 //! Polygons that no straight cut divides: they are halved, or left to cells.
 
 use super::refiner::FacetRefiner;
-use crate::geometry::Shape;
-use crate::reference::beams::facets::charts::chart_of;
-use crate::reference::beams::facets::land::{deposit_uncertain_area, node};
-use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon};
+use crate::reference::beams::facets::leg::LegEnd;
+use crate::reference::beams::facets::polygon::LightPolygon;
 use crate::transport::facets::path::FacetLight;
-use crate::transport::first_surface::{SurfaceChart, SurfacePatch};
+use crate::transport::first_surface::SurfacePatch;
 use crate::transport::path_end::next_hit;
 use crate::transport::signature::Event;
 
@@ -23,15 +21,12 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
             self.pending.extend(halves);
             return;
         }
-        let chart = self.chart(polygon);
         for signature in polygon.signatures.clone() {
             for corners in polygon.fan() {
-                let cells = &mut self.followed[signature].cells;
+                let patch = self.patch(polygon, &corners);
+                let cells = &mut self.cells[signature];
                 let cut_before = cells.balance.cut_cells;
-                cells.refine(&SurfacePatch {
-                    chart,
-                    corners: corners.map(|corner| corner.at),
-                });
+                cells.refine(&patch);
                 if cells.balance.cut_cells == cut_before {
                     let mut part = polygon.with(corners.to_vec());
                     part.signatures = signature..signature + 1;
@@ -46,7 +41,7 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     fn doubt(&mut self, mut polygon: LightPolygon<N>, sight: LegEnd) {
         let mut sight = Some(sight);
         let signature = polygon.signatures.start;
-        let events: Vec<Event> = self.followed[signature].signature.events().collect();
+        let events: Vec<Event> = self.cells[signature].signature().events().collect();
         for event in &events[polygon.chain.events()..] {
             let facet = match sight.take() {
                 _ if polygon.chain.events() == 0 => polygon.chain.first(),
@@ -58,35 +53,26 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
             };
             self.meet(&mut polygon, facet, *event);
         }
-        let place = |light: &FacetLight<N>| node(self.paths, *self.screen, light);
-        let Some(corners) = polygon
-            .corners
-            .iter()
-            .map(place)
-            .collect::<Option<Vec<_>>>()
-        else {
-            return;
-        };
-        let area = polygon.area_and_middle().0;
-        let bends_lines = self.bends_lines();
-        let cells = &mut self.followed[signature].cells;
-        cells.balance.uncertain +=
-            deposit_uncertain_area(cells.film(), bends_lines, &corners, area, area);
+        let nodes = polygon.corners.iter().map(|light| self.node(light));
+        if let Some(nodes) = nodes.collect::<Option<Vec<_>>>() {
+            let area = polygon.area();
+            self.mark_uncertain(signature, &nodes, area, area);
+        }
     }
 
     /// The facet that a polygon's middle would meet next without all that is not flat.
     pub(super) fn next_facet(&mut self, polygon: &LightPolygon<N>) -> Option<u32> {
-        let scene = self.paths.scene();
+        let scene = self.paths.scene;
         let middle = polygon.area_and_middle().1;
         let light: FacetLight<N> = self.paths.follow(&polygon.chain, middle);
         if !light.is_on_its_way() {
             return None;
         }
         let mut ray = self.paths.search_ray(&light, &polygon.chain);
-        let counters = self.followed[polygon.signatures.start].counters();
+        let counters = self.cells[polygon.signatures.start].counters_mut();
         for _ in 0..MAX_OBSTACLES {
             let (along, hit) = next_hit(scene, ray, counters)?;
-            if let Some(facet) = self.paths.facets().of(hit.shape, hit.face) {
+            if let Some(facet) = self.paths.facets.of(hit.shape, hit.face) {
                 return Some(facet);
             }
             ray = scene
@@ -99,20 +85,19 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
 
     /// Gives a polygon to the refiners of cells.
     pub(super) fn give_back(&mut self, polygon: &LightPolygon<N>) {
-        let chart = self.chart(polygon);
-        for followed in &mut self.followed[polygon.signatures.clone()] {
+        for signature in polygon.signatures.clone() {
             for corners in polygon.fan() {
-                let corners = corners.map(|corner| corner.at);
-                followed.cells.refine(&SurfacePatch { chart, corners });
+                let patch = self.patch(polygon, &corners);
+                self.cells[signature].refine(&patch);
             }
         }
     }
 
-    /// The chart of a polygon's coordinates.
-    fn chart(&self, polygon: &LightPolygon<N>) -> SurfaceChart {
-        let facets = self.paths.facets();
-        let facet = polygon.chain.first();
-        let shape = &self.paths.scene().world().shapes()[facets.get(facet).shape as usize];
-        chart_of(facets, facet, matches!(shape, Shape::Mesh(_)))
+    /// A triangle of a polygon, as a patch of the first facet.
+    fn patch(&self, polygon: &LightPolygon<N>, corners: &[FacetLight<N>; 3]) -> SurfacePatch {
+        SurfacePatch {
+            chart: self.paths.facets.get(polygon.chain.first()).chart,
+            corners: corners.each_ref().map(|corner| corner.at),
+        }
     }
 }

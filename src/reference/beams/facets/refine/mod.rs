@@ -2,12 +2,10 @@
 
 mod cut;
 mod divide;
-mod followed;
+mod land;
 mod refiner;
 mod sharing;
-mod stop;
-mod stopper;
 mod view;
 
-pub use followed::{Followed, by_events};
 pub use refiner::FacetRefiner;
+pub use sharing::by_events;

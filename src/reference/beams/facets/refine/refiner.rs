@@ -2,12 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::followed::Followed;
-use super::stopper::Stopper;
 use crate::reference::beams::deposit::TexelBlock;
-use crate::reference::beams::facets::land::{PolygonLanding, land};
-use crate::reference::beams::facets::leg::{Goal, LegWay, Legs, Watch};
-use crate::reference::beams::facets::polygon::{LegEnd, LightPolygon};
+use crate::reference::beams::facets::leg::{LegEnd, LegWay, Legs, Watch};
+use crate::reference::beams::facets::polygon::LightPolygon;
+use crate::reference::beams::refine::Refiner;
 use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::{FacetChain, FacetLight, FacetPaths};
 use crate::transport::first_surface::Fan;
@@ -33,8 +31,9 @@ pub struct FacetRefiner<'f, 'r, 'c, const N: usize> {
     pub(super) legs: Legs<'f>,
     /// Planes that polygons are cut along before cells follow what a camera sees.
     pub(super) view: Vec<[DVec3; 2]>,
-    /// Signatures in the order of their events.
-    pub(super) followed: &'r mut [Followed<'c, N>],
+    /// The refiners of cells that polygons are given back to, one a signature, in the order of their events.
+    /// Each has the film, the tolerance and the balance of its signature, too.
+    pub(super) cells: &'r mut [Refiner<'c, N>],
     /// Flux \[W\] of light whose weight is one.
     pub(super) strength: f64,
     pub(super) pending: Vec<LightPolygon<N>>,
@@ -42,20 +41,23 @@ pub struct FacetRefiner<'f, 'r, 'c, const N: usize> {
 }
 
 impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
-    /// A refiner without any polygon, for signatures in the [order of their events](super::by_events).
+    /// A refiner without any polygon, for the signatures of `cells` in the [order of their
+    /// events](super::by_events).
+    ///
+    /// Signatures that begin with the same events share the polygons that had these.
     pub fn new(
         paths: &'f FacetPaths<'f>,
         screen: &'f Screen<'f>,
         clearance: &'f Clearance<'f>,
-        followed: &'r mut [Followed<'c, N>],
+        cells: &'r mut [Refiner<'c, N>],
     ) -> Self {
-        let strength = paths.source().strength();
+        let strength = paths.source.strength();
         Self {
             paths,
             screen,
             legs: Legs::new(paths, screen, clearance),
             view: screen.planes_beside_view(),
-            followed,
+            cells,
             strength: strength.0.iter().fold(0.0_f64, |all, &one| all.max(one)),
             pending: Vec::new(),
             block: TexelBlock::default(),
@@ -65,7 +67,7 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
     /// Follows all light of the source that meets a facet first. Light that does not go by facets alone is
     /// given to the refiners of cells, as is light of more than one topology within the tolerance.
     pub fn refine(&mut self, facet: u32) {
-        let facets = self.paths.facets();
+        let facets = self.paths.facets;
         let entry = facets.get(facet);
         let chain = FacetChain::to(facet);
         let corners = facets
@@ -77,14 +79,14 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
         self.pending.push(LightPolygon {
             corners,
             chain,
-            signatures: 0..self.followed.len(),
+            signatures: 0..self.cells.len(),
             uncertain_area: 0.0,
             cuts: 0,
             whole: 1.0,
         });
         self.part_wide();
         while let Some(polygon) = self.pending.pop()
-            && self.followed[polygon.signatures.start].cells.may_go_on()
+            && self.cells[polygon.signatures.start].may_go_on()
         {
             self.follow(polygon);
         }
@@ -93,12 +95,12 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
     /// Halves polygons that the source sees at so wide an angle that corners do not tell how much light they
     /// hold.
     fn part_wide(&mut self) {
-        let Some(origin) = self.paths.source().origin() else {
+        let Some(origin) = self.paths.source.origin() else {
             return;
         };
         let mut wide = std::mem::take(&mut self.pending);
         while let Some(mut polygon) = wide.pop() {
-            let facet = self.paths.facets().get(polygon.chain.first());
+            let facet = self.paths.facets.get(polygon.chain.first());
             let places = polygon.corners.iter().map(|light| facet.point(light.at));
             let halves = if Fan::new(origin, places).is_too_wide() && polygon.cuts < MAX_CUTS {
                 polygon.halves(self.paths)
@@ -168,11 +170,11 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
 
     /// The thing that light at coordinates `at` meets next.
     fn sight(&mut self, polygon: &LightPolygon<N>, at: DVec2) -> LegEnd {
-        let scene = self.paths.scene();
+        let scene = self.paths.scene;
         let light: FacetLight<N> = self.paths.follow(&polygon.chain, at);
         let ray = self.paths.search_ray(&light, &polygon.chain);
         let has_all_events = self.has_all_events(polygon);
-        let counters = self.followed[polygon.signatures.start].counters();
+        let counters = self.cells[polygon.signatures.start].counters_mut();
         let found = next_hit(scene, ray, counters);
         let hit = found.as_ref().map(|(_, hit)| hit);
         if has_all_events {
@@ -187,7 +189,7 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
         };
         let is_between = self.may_go_to_a_facet(polygon);
         let material = scene.material_of(hit.shape);
-        match self.paths.facets().of(hit.shape, hit.face) {
+        match self.paths.facets.of(hit.shape, hit.face) {
             Some(facet) => LegEnd::Facet(facet),
             None if is_between && material.is_specular(scene.materials()) => LegEnd::Curved,
             None => LegEnd::Blocked(hit.shape),
@@ -211,42 +213,35 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
             && polygon.cuts <= MAX_CUTS
     }
 
-    /// Takes a polygon to the next leg, or to the end, if nothing is in the way.
+    /// Takes a polygon to the next leg, or to the end, if nothing is in the way. Else it is divided.
     pub(super) fn go_on(&mut self, mut polygon: LightPolygon<N>, area: f64, sight: LegEnd) {
-        let goal = match sight {
-            LegEnd::Facet(facet)
-                if self.may_go_to_a_facet(&polygon) || Self::is_entry(&polygon, facet) =>
-            {
-                Goal::Facet(facet)
-            }
-            // Light meets it where it must not.
-            LegEnd::Facet(facet) => {
-                self.stop(polygon, area, Stopper::Facet(facet));
-                return;
-            }
-            LegEnd::Blocked(shape) => {
-                self.stop(polygon, area, Stopper::Shape(shape));
-                return;
-            }
-            LegEnd::Sensor => {
-                if !self.view.is_empty()
-                    && let Some(facet) = self.next_facet(&polygon)
-                    && self.cut_to_view(&polygon, facet)
-                {
+        if sight == LegEnd::Curved {
+            self.give_back(&polygon);
+            return;
+        }
+        if sight == LegEnd::Sensor && self.is_sensor_cut_to_view(&polygon) {
+            return;
+        }
+        let blocker = self.blocker(&polygon, sight);
+        // If all of it is uncertain, obstacles do not matter to light that goes on.
+        if blocker.is_some() || polygon.uncertain_area < area {
+            let allowed = self.allowed(&polygon, area);
+            let watch = match blocker {
+                Some(_) => self.watch(&polygon),
+                None => Watch::Everything,
+            };
+            let counters = self.cells[polygon.signatures.start].counters_mut();
+            match self.legs.way(&polygon, sight, watch, allowed, counters) {
+                LegWay::Clear { .. } if blocker.is_some_and(|on| self.is_seen(&polygon, on)) => {
+                    let is_cut = match sight {
+                        LegEnd::Facet(facet) => self.cut_to_view(&polygon, facet),
+                        _ => false,
+                    };
+                    if !is_cut {
+                        self.give_back(&polygon);
+                    }
                     return;
                 }
-                Goal::Receiver
-            }
-            LegEnd::Away => Goal::Away,
-            LegEnd::Curved => {
-                self.give_back(&polygon);
-                return;
-            }
-        };
-        // If all of it is uncertain, obstacles do not matter.
-        if polygon.uncertain_area < area {
-            let allowed = self.allowed(&polygon, area);
-            match self.legs.way(&polygon, goal, Watch::Everything, allowed) {
                 LegWay::Clear { uncertain_part } => {
                     // Cuts along the same edges made the same light uncertain.
                     polygon.uncertain_area =
@@ -257,7 +252,7 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
                     }
                 }
                 LegWay::Facet(facet) => {
-                    self.cut_out(polygon, facet, Some(goal));
+                    self.cut_out(polygon, facet, Some(sight));
                     return;
                 }
                 LegWay::Obstructed => {
@@ -266,8 +261,8 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
                 }
             }
         }
-        match goal {
-            Goal::Facet(facet) => {
+        match sight {
+            LegEnd::Facet(facet) if blocker.is_none() => {
                 for (event, signatures) in self.ways_on(&polygon) {
                     let mut onward = polygon.clone();
                     onward.signatures = signatures;
@@ -275,33 +270,45 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
                     self.pending.push(onward);
                 }
             }
-            Goal::Away => self.end(&polygon, polygon.uncertain_area, area),
-            Goal::Receiver => {
-                let Followed {
-                    tolerance, cells, ..
-                } = &mut self.followed[polygon.signatures.start];
-                let landing = land(
-                    self.paths,
-                    *self.screen,
-                    cells.film(),
-                    &mut self.block,
-                    &polygon,
-                    *tolerance,
-                );
-                match landing {
-                    PolygonLanding::Done {
-                        received,
-                        uncertain,
-                    } => {
-                        cells.balance.received += received;
-                        cells.balance.uncertain += uncertain;
-                        self.book(&polygon, area);
-                    }
-                    PolygonLanding::TooBent => self.part(&polygon, area),
-                    PolygonLanding::NotForced => self.give_back(&polygon),
-                }
-            }
+            LegEnd::Sensor => self.land(&polygon, area),
+            _ => self.end(&polygon, area),
         }
+    }
+
+    /// The shape that ends a polygon which meets it: one that is not flat, or one with a facet where light
+    /// must not go on.
+    ///
+    /// The polygon's middle met it. Beside the middle, other things may still be before it: the next glass,
+    /// the receiver, any surface that a camera sees. It may also be the facet that the polygon starts on,
+    /// where another surface crosses it.
+    fn blocker(&self, polygon: &LightPolygon<N>, sight: LegEnd) -> Option<u32> {
+        match sight {
+            LegEnd::Blocked(shape) => Some(shape),
+            LegEnd::Facet(facet) => {
+                let goes_on = self.may_go_to_a_facet(polygon) || Self::is_entry(polygon, facet);
+                (!goes_on).then(|| self.paths.facets.get(facet).shape())
+            }
+            LegEnd::Sensor | LegEnd::Away | LegEnd::Curved => None,
+        }
+    }
+
+    /// The things that light of a polygon might meet before the one that ends it.
+    fn watch(&self, polygon: &LightPolygon<N>) -> Watch {
+        match self.screen {
+            // Anything that is met first on the way to the first facet has a patch of its own.
+            _ if polygon.chain.events() == 0 => Watch::Facet(polygon.chain.first()),
+            Screen::Receiver(receiver) if self.has_all_events(polygon) => {
+                Watch::Shape(receiver.shape())
+            }
+            Screen::Receiver(_) | Screen::Camera { .. } => Watch::Everything,
+        }
+    }
+
+    /// True if a camera may see the light of a polygon's last leg on a shape that the leg ends on.
+    fn is_seen(&self, polygon: &LightPolygon<N>, shape: u32) -> bool {
+        matches!(self.screen, Screen::Camera { .. })
+            && self.has_all_events(polygon)
+            && !self.legs.is_end_unseen(shape)
     }
 
     /// The part of a polygon that may be uncertain, as light that bends round an edge.
@@ -323,10 +330,10 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
     pub(super) fn book(&mut self, polygon: &LightPolygon<N>, area: f64) {
         let emitted: f64 = polygon.corners.iter().map(|corner| corner.emitted).sum();
         let emitted =
-            area * emitted * self.paths.source().strength().mean() / polygon.corners.len() as f64;
-        for followed in &mut self.followed[polygon.signatures.clone()] {
-            followed.cells.balance.emitted += emitted;
-            followed.cells.balance.cells += 1;
+            area * emitted * self.paths.source.strength().mean() / polygon.corners.len() as f64;
+        for cells in &mut self.cells[polygon.signatures.clone()] {
+            cells.balance.emitted += emitted;
+            cells.balance.cells += 1;
         }
     }
 

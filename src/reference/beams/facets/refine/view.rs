@@ -4,7 +4,7 @@
 //! fineness that the film asks for. So what is far beside the film is cut off before.
 
 use super::refiner::FacetRefiner;
-use crate::reference::beams::facets::leg::Goal;
+use crate::reference::beams::facets::leg::LegEnd;
 use crate::reference::beams::facets::polygon::{LightPolygon, PolygonCut};
 use crate::transport::facets::path::FacetLight;
 
@@ -19,7 +19,7 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
         for [point, normal] in &self.view {
             let rounding = self.legs.flatness() * normal.length();
             let side = |light: &FacetLight<N>| {
-                let end = Goal::Facet(facet).place(paths, screen, &light.ray)?;
+                let end = LegEnd::Facet(facet).place(paths, screen, &light.ray)?;
                 let value = normal.dot(end - *point);
                 Some(if value.abs() <= rounding { 0.0 } else { value })
             };
@@ -40,5 +40,13 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
             }
         }
         false
+    }
+
+    /// The same for a polygon that lands, by the facet that it lands on.
+    pub(super) fn is_sensor_cut_to_view(&mut self, polygon: &LightPolygon<N>) -> bool {
+        !self.view.is_empty()
+            && self
+                .next_facet(polygon)
+                .is_some_and(|facet| self.cut_to_view(polygon, facet))
     }
 }
