@@ -12,6 +12,8 @@ use crate::numeric::math;
 pub struct Bitmap {
     width: usize,
     texels: Vec<[f32; 3]>,
+    /// The smallest and the largest number of each channel.
+    range: [[f32; 3]; 2],
     /// True if its file has one channel: the three are the same.
     is_grey: bool,
 }
@@ -50,9 +52,17 @@ impl Bitmap {
     /// An image of `texels`, row by row; `None` unless they fill a rectangle of that width.
     pub fn new(width: usize, texels: Vec<[f32; 3]>) -> Option<Self> {
         let fits = width > 0 && !texels.is_empty() && texels.len().is_multiple_of(width);
+        let mut range = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+        for texel in &texels {
+            for (c, value) in texel.iter().enumerate() {
+                range[0][c] = range[0][c].min(*value);
+                range[1][c] = range[1][c].max(*value);
+            }
+        }
         fits.then_some(Self {
             width,
             texels,
+            range,
             is_grey: false,
         })
     }
@@ -103,6 +113,11 @@ impl Bitmap {
     /// All texels, row by row.
     pub fn texels(&self) -> &[[f32; 3]] {
         &self.texels
+    }
+
+    /// The smallest and the largest number of each channel.
+    pub fn range(&self) -> [[f64; 3]; 2] {
+        self.range.map(|bound| bound.map(f64::from))
     }
 
     /// True if its file has one channel.

@@ -6,6 +6,10 @@ use super::{Daylight, Envmap, ShapeId, Slide, TextureId};
 use crate::geometry::Transform;
 use crate::radiometry::Rgb;
 
+/// Largest number of triangles in a mesh that shines, if light is followed from it. Each triangle has charts
+/// of its own, and more of them would not fit the number of cells.
+pub const MAX_SHINING_TRIANGLES: usize = 1024;
+
 /// A source of light, with Mitsuba's meaning of every parameter.
 // A scene holds a handful of them: boxing the one large variant would only cost clarity.
 #[allow(clippy::large_enum_variant)]

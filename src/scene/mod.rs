@@ -26,7 +26,7 @@ pub use crate::film::ReconstructionFilter;
 pub use daylight::Daylight;
 pub use dispersion::{DispersionError, MaterialsAtWavelength};
 pub use dispersive::Dispersive;
-pub use emitter::Emitter;
+pub use emitter::{Emitter, MAX_SHINING_TRIANGLES};
 pub use environment::{Envmap, EnvmapCell, EnvmapError};
 pub use integrator::Integrator;
 pub use material::{Coat, Material, MaterialId, NormalTurn, Roughness};

@@ -195,8 +195,8 @@ impl BitmapTexture {
 
     /// The largest texel, channel by channel: no value is above it.
     pub fn peak(&self) -> Rgb {
-        let texels = self.image.texels().iter();
-        brightest(texels.map(|texel| Rgb(texel.map(f64::from))))
+        let [_, high] = self.image.range();
+        Rgb(high.map(|it| it.max(0.0)))
     }
 
     /// A bound of the values between two surface parameters, channel by channel: values between centers are

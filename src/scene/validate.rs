@@ -1,8 +1,13 @@
 //! Conditions on a scene as a whole.
 
+use super::emitter::MAX_SHINING_TRIANGLES;
 use super::material_check::{self, non_negative};
-use super::{Emitter, Material, SceneError, SceneParts, SensorKind, ShapeId, Warning};
+use super::{
+    Color, Emitter, Material, SceneError, SceneParts, SensorKind, ShapeId, Texture, TextureId,
+    Warning,
+};
 use crate::geometry::Shape;
+use crate::radiometry::Rgb;
 
 /// Checks that every index refers to something and every number is in its physical range.
 pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
@@ -120,6 +125,17 @@ fn check_emitters(parts: &SceneParts, file: &super::SourcePosition) -> Result<()
                 ));
             }
             let index = shape.0 as usize;
+            let texture = emitter.texture();
+            if let Some(problem) = texture.and_then(|id| texture_problem(parts, id, index)) {
+                let object = &parts.objects[index];
+                return Err(SceneError {
+                    at: object.declared_at.clone(),
+                    message: format!(
+                        "the {plugin} emitter on shape \"{}\" ({}) {problem}",
+                        object.id, object.plugin
+                    ),
+                });
+            }
             if let (Emitter::DirectionalArea { .. }, Some(reason)) =
                 (emitter, bent(&parts.shapes[index]))
             {
@@ -128,7 +144,7 @@ fn check_emitters(parts: &SceneParts, file: &super::SourcePosition) -> Result<()
                     at: object.declared_at.clone(),
                     message: format!(
                         "a directionalarea emitter is on shape \"{}\" ({}), {reason}; rectangle, disk, sphere, cube \
-                         and meshes with flat faces are allowed",
+                         and meshes of at most {MAX_SHINING_TRIANGLES} triangles with flat faces are allowed",
                         object.id, object.plugin
                     ),
                 });
@@ -138,6 +154,59 @@ fn check_emitters(parts: &SceneParts, file: &super::SourcePosition) -> Result<()
     Ok(())
 }
 
+/// What is wrong with a texture as light of a shape; `None` if all its values are finite and not negative.
+fn texture_problem(parts: &SceneParts, id: TextureId, shape: usize) -> Option<String> {
+    let factor = |name: &str, value: Rgb| {
+        (!non_negative(value)).then(|| {
+            format!(
+                "has the {name} {:?} in its texture; finite numbers >= 0 are allowed",
+                value.0
+            )
+        })
+    };
+    let later =
+        || Some("has a texture that refers to a later one; earlier ones are allowed".to_owned());
+    let Some(texture) = parts.textures.get(id.0 as usize) else {
+        return Some(format!("refers to texture {}, which is not there", id.0));
+    };
+    match texture {
+        Texture::Bitmap(bitmap) => bitmap
+            .image
+            .range()
+            .into_iter()
+            .find_map(|bound| factor("texel", Rgb(bound))),
+        Texture::Checkerboard { color0, color1, .. } => [("color0", color0), ("color1", color1)]
+            .into_iter()
+            .find_map(|(name, color)| match color {
+                Color::Constant(value) => factor(name, *value),
+                Color::Texture(nested) if nested.0 < id.0 => texture_problem(parts, *nested, shape),
+                Color::Texture(_) => later(),
+                Color::Unknown => Some(format!("has an unknown {name} in its texture")),
+            }),
+        Texture::MeshAttribute { name, scale } => {
+            let range = match &parts.shapes[shape] {
+                Shape::Mesh(mesh) => mesh.attribute_range(name),
+                _ => None,
+            };
+            match range {
+                None => Some(format!(
+                    "needs the mesh attribute \"{name}\", which is not there"
+                )),
+                Some(range) => range
+                    .into_iter()
+                    .find_map(|bound| factor(name, Rgb::grey(bound * scale))),
+            }
+        }
+        Texture::Scaled { nested, scale } => factor("scale", *scale).or_else(|| {
+            if nested.0 < id.0 {
+                texture_problem(parts, *nested, shape)
+            } else {
+                later()
+            }
+        }),
+    }
+}
+
 /// The reason why a shape cannot shine along its normals; `None` if it can. Light that converges, or whose
 /// direction changes over a face, has no closed form on a receiver.
 fn bent(shape: &Shape) -> Option<&'static str> {
@@ -145,6 +214,9 @@ fn bent(shape: &Shape) -> Option<&'static str> {
         Shape::Rectangle(_) | Shape::Disk(_) => None,
         Shape::Sphere(sphere) => sphere.is_inward().then_some("whose normals point inward"),
         Shape::Cylinder(_) => Some("which is bent"),
+        Shape::Mesh(mesh) if mesh.triangle_count() > MAX_SHINING_TRIANGLES => {
+            Some("which has too many triangles")
+        }
         Shape::Mesh(mesh) => {
             let mut faces = 0..mesh.triangle_count() as u32;
             let is_bent = faces.any(|face| mesh.even_shading_normal(face).is_none());

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use nephroid::internals::mitsuba;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::photons::{PhotonSettings, run};
@@ -28,7 +28,15 @@ const CLEAR: &str = "<shape type=\"rectangle\"><transform name=\"to_world\"><sca
     <bsdf type=\"thindielectric\"><float name=\"int_ior\" value=\"1\"/><float name=\"ext_ior\" value=\"1\"/></bsdf></shape>";
 
 fn load(elements: &str) -> Result<Scene, String> {
+    load_with(elements, &[])
+}
+
+/// A scene beside some files.
+fn load_with(elements: &str, files: &[(&str, String)]) -> Result<Scene, String> {
     let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
     let path = folder.path().join("scene.xml");
     let text = format!(
         "<scene version=\"3.0.0\">{elements}<shape type=\"rectangle\" id=\"floor\"><bsdf type=\"diffuse\"/>\
@@ -103,6 +111,18 @@ fn part_inside(texel: usize, polygon: &[DVec2]) -> f64 {
 ///
 /// Edges are bisected to 2⁻¹⁴ of an eighth of a texel; what their bend leaves open is booked.
 fn assert_lit(name: &str, light: &str, level: f64, part: &dyn Fn(usize) -> f64) {
+    assert_lit_by(name, light, &[], level, part);
+}
+
+fn assert_lit_by(
+    name: &str,
+    light: &str,
+    files: &[(&str, String)],
+    level: f64,
+    part: &dyn Fn(usize) -> f64,
+) {
+    let scene =
+        |elements: &str| load_with(elements, files).unwrap_or_else(|error| panic!("{error}"));
     let found = directly(&scene(light));
     for (texel, (irradiance, error)) in found.iter().enumerate() {
         for (c, exitance) in EXITANCE.into_iter().enumerate() {
@@ -266,6 +286,97 @@ fn a_strip_between_a_shadow_and_the_lamps_end_is_found() {
     assert_lit("strip", &light, 1.0, &part);
 }
 
+/// A quad of half sides 0.3 and 0.4 at z = 1, with vertex normals.
+fn quad(normals: [DVec3; 4]) -> [(&'static str, String); 1] {
+    let mut text = String::new();
+    for (x, y) in [(-0.3, -0.4), (0.3, -0.4), (0.3, 0.4), (-0.3, 0.4)] {
+        text += &format!("v {x} {y} 1\n");
+    }
+    for normal in normals {
+        text += &format!("vn {} {} {}\n", normal.x, normal.y, normal.z);
+    }
+    [("quad.obj", text + "f 1//1 2//2 3//3\nf 1//1 3//3 4//4\n")]
+}
+
+fn mesh(more: &str) -> String {
+    format!(
+        "<shape type=\"obj\" id=\"it\"><string name=\"filename\" value=\"quad.obj\"/>{more}{LIGHT}</shape>"
+    )
+}
+
+#[test]
+fn leaning_vertex_normals_send_all_of_the_exitance_their_way() {
+    // Normals 20 degrees off: light lands tan 20° further, and the floor has M / cos 20° · cos 20°.
+    let (sin, cos) = 20_f64.to_radians().sin_cos();
+    let mirror = "<transform name=\"to_world\"><scale x=\"-1\"/></transform>";
+    let flip = "<boolean name=\"flip_normals\" value=\"true\"/>";
+    for (name, normal, more, shift) in [
+        ("leaning", DVec3::new(sin, 0.0, -cos), "", sin / cos),
+        ("mirrored", DVec3::new(sin, 0.0, -cos), mirror, -sin / cos),
+        ("flipped", DVec3::new(sin, 0.0, cos), flip, -sin / cos),
+    ] {
+        let window = [(-0.3, -0.4), (0.3, -0.4), (0.3, 0.4), (-0.3, 0.4)]
+            .map(|(x, y)| DVec2::new(x + shift, y));
+        let part = |texel: usize| part_inside(texel, &window);
+        assert_lit_by(name, &mesh(more), &quad([normal; 4]), 1.0, &part);
+    }
+}
+
+#[test]
+fn a_mirrored_lamp_shines_to_the_side_that_it_did() {
+    let window = [(-0.3, -0.4), (0.3, -0.4), (0.3, 0.4), (-0.3, 0.4)].map(DVec2::from);
+    let part = |texel: usize| part_inside(texel, &window);
+    let down = "<scale x=\"-0.3\" y=\"0.4\"/><rotate x=\"1\" angle=\"180\"/><translate z=\"1\"/>";
+    assert_lit("rectangle", &lamp("rectangle", down), 1.0, &part);
+    let cube = "<scale x=\"-0.3\" y=\"0.4\" z=\"0.1\"/><translate z=\"1\"/>";
+    assert_lit("cube", &lamp("cube", cube), 1.0, &part);
+}
+
+#[test]
+fn lamps_smaller_than_the_gaps_between_points_are_found() {
+    // A tenth of a texel wide, between the Gauss points (0.21 and 0.79) and beside the middle.
+    let (texel, size) = (12 * SIDE + 13, 2.0 / SIDE as f64);
+    let middle = DVec2::new((13.0 + 0.35) * size - 1.0, (12.0 + 0.4) * size - 1.0);
+    let shape = |kind: &str, half: f64| {
+        let place = format!(
+            "<scale value=\"{half}\"/><rotate x=\"1\" angle=\"180\"/><translate x=\"{}\" y=\"{}\" z=\"1\"/>",
+            middle.x, middle.y
+        );
+        lamp(kind, &place)
+    };
+    let half = 0.05 * size;
+    for (kind, share) in [
+        ("rectangle", 0.01),
+        ("cube", 0.01),
+        ("disk", 0.0025 * std::f64::consts::PI),
+    ] {
+        let light = shape(kind, half);
+        for (at, (irradiance, error)) in directly(&scene(&light)).iter().enumerate() {
+            let expected = if at == texel {
+                share * EXITANCE[1]
+            } else {
+                0.0
+            };
+            let off = (irradiance.0[1] - expected).abs();
+            assert!(off <= 1e-9 * EXITANCE[1], "{kind}, {at}: {irradiance:?}");
+            assert_eq!(error.0[1], 0.0, "{kind}, {at}");
+        }
+        // A block whose end halves the light: what cannot be told is in the bar.
+        let block = format!(
+            "<shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"0.5\" y=\"0.5\"/>\
+             <translate x=\"{}\" z=\"0.5\"/></transform><bsdf type=\"diffuse\"/></shape>",
+            middle.x + 0.5
+        );
+        let found = directly(&scene(&format!("{light}{block}")));
+        let (irradiance, error) = found[texel];
+        let expected = 0.5 * share * EXITANCE[1];
+        assert!(
+            (irradiance.0[1] - expected).abs() <= error.0[1] && error.0[1] <= share * EXITANCE[1],
+            "{kind}: {irradiance:?} {error:?}"
+        );
+    }
+}
+
 /// A ball of glass whose caustic has a closed form in sunlight.
 const BALL: &str = "<shape type=\"sphere\"><transform name=\"to_world\"><scale value=\"0.4\"/><translate z=\"0.8\"/></transform>\
     <bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/></bsdf></shape>";
@@ -347,6 +458,39 @@ fn lamps_that_have_no_single_direction_are_refused_where_they_are_read() {
             "{message}"
         );
     }
+    let bent = [
+        DVec3::NEG_Z,
+        DVec3::NEG_Z,
+        DVec3::NEG_Z,
+        DVec3::new(0.6, 0.0, -0.8),
+    ];
+    let message = load_with(&mesh(""), &quad(bent)).unwrap_err();
+    assert!(
+        message.contains("vertex normals differ within a face") && message.contains("\"it\""),
+        "{message}"
+    );
+    // 513 times two triangles.
+    let mut text = String::new();
+    for column in 0..=513 {
+        let x = f64::from(column) / 513.0;
+        text += &format!("v {x} 0 1\nv {x} 1 1\n");
+    }
+    for column in 0..513 {
+        let at = 2 * column + 1;
+        text += &format!(
+            "f {at} {} {}\nf {} {} {}\n",
+            at + 1,
+            at + 2,
+            at + 1,
+            at + 3,
+            at + 2
+        );
+    }
+    let message = load_with(&mesh(""), &[("quad.obj", text)]).unwrap_err();
+    assert!(
+        message.contains("too many triangles") && message.contains("at most 1024"),
+        "{message}"
+    );
     let message = load(LIGHT).unwrap_err();
     assert!(message.contains("must be inside the shape"), "{message}");
 }

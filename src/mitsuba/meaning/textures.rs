@@ -166,6 +166,7 @@ impl Textures {
     }
 
     /// The texture that gives an emitter's light, if it is one; its image must be there, and not be negative.
+    /// A scene checks the values of other textures, which depend on the shape.
     pub fn emission(
         &mut self,
         tree: &Tree,
@@ -211,11 +212,11 @@ impl Textures {
     fn range(&self, id: TextureId) -> Option<[f64; 2]> {
         match &self.list[id.0 as usize] {
             Texture::Bitmap(bitmap) => {
-                let numbers = bitmap.image.texels().iter().flatten().copied();
-                let bounds = numbers.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], x| {
-                    [low.min(x), high.max(x)]
-                });
-                Some(bounds.map(f64::from))
+                let [low, high] = bitmap.image.range();
+                Some([
+                    low.into_iter().fold(f64::INFINITY, f64::min),
+                    high.into_iter().fold(f64::NEG_INFINITY, f64::max),
+                ])
             }
             Texture::Scaled { nested, scale } => {
                 let [low, high] = self.range(*nested)?;

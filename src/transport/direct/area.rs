@@ -1,5 +1,7 @@
 //! Area lights: quadrature if nothing is in the way, otherwise randomised quasi-Monte Carlo.
 
+use std::cell::Cell;
+
 use glam::{DVec2, DVec3};
 
 use super::glance::Glance;
@@ -63,23 +65,28 @@ impl DirectLight<'_> {
     }
 
     /// The same for a light with a texture, whose places are chosen by it.
+    ///
+    /// Samples may miss what is brightest. So the error has what a bright place may send that has no sample
+    /// (`unseen`, [`TexturedSurface::unseen`]), from the nearest place that a sample has.
     pub(super) fn textured_area(
         &mut self,
         texel: usize,
         radiance: Rgb,
-        light: &TexturedSurface,
+        (light, unseen): (&TexturedSurface, Rgb),
         stream: &Stream,
         each: u32,
     ) -> Glance {
-        self.sampled(texel, stream, each, |at, point, place| {
+        let nearest = Cell::new(0.0_f64);
+        let found = self.sampled(texel, stream, each, |at, point, place| {
             let (sample, value) = light.sample(place);
             let Some(seen) = geometry_term(point, &sample) else {
                 return ([0.0; 3], 0.0);
             };
             let passed = at.transmittance(point, seen.towards, seen.reach);
+            nearest.set(nearest.get().max(seen.value * passed));
             ((radiance * value * seen.value).0, passed)
-        })
-        .into()
+        });
+        found.with_missed(radiance * unseen * nearest.get()).into()
     }
 
     /// ∫ cos θ cos θ′ / r² dA over all of a light made of parallelograms, at the middle of a texel, and a

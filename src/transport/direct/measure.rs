@@ -6,11 +6,14 @@ use super::area::SMOOTH_ERROR;
 use super::environment::is_open;
 use super::glance::{Glance, is_near_edge};
 use super::light::DirectLight;
-use super::sampled::{REPLICATES, SAMPLES};
+use super::look::ShareRange;
+use super::sampled::{REPLICATES, SAMPLES, unseen_part};
 use super::shafts::{Shafts, TexelView, are_simple};
 use super::texel::DirectTexel;
+use super::window::Window;
 use crate::geometry::TraversalCounters;
 use crate::numeric::{Stream, StreamKind};
+use crate::radiometry::Rgb;
 use crate::scene::{Emitter, Scene};
 use crate::transport::domain::normal_light::NormalLight;
 use crate::transport::domain::surface::LightSurface;
@@ -67,9 +70,17 @@ pub fn direct(
                         None => textured = Some(light),
                     }
                 }
+                let unseen = |each: u32| {
+                    let light = textured.as_ref();
+                    light.map_or(Rgb::BLACK, |it| it.unseen(unseen_part(each)))
+                };
+                let (first, again) = (unseen(SAMPLES), unseen(samples / REPLICATES));
                 let area = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
                     match &textured {
-                        Some(light) => at.textured_area(texel, radiance, light, stream, each),
+                        Some(light) => {
+                            let unseen = if each == SAMPLES { first } else { again };
+                            at.textured_area(texel, radiance, (light, unseen), stream, each)
+                        }
                         None => at.area(texel, radiance, &surface, stream, each),
                     }
                 };
@@ -85,7 +96,7 @@ pub fn direct(
                         let one = (&emitter, part);
                         result.by_pattern(run, &stream, samples, one)?
                     } else {
-                        result.by_views(run, &emitter, Some(part))?
+                        result.by_windows(run, &emitter, part)?
                     };
                     result.add(measured);
                 }
@@ -105,7 +116,7 @@ pub fn direct(
                         };
                     result.by_samples(run, &stream, samples, false, thrown)?
                 } else {
-                    result.by_views(run, emitter, None)?
+                    result.by_views(run, emitter)?
                 };
                 result.add(measured);
             }
@@ -138,18 +149,13 @@ impl Direct {
         }
     }
 
-    /// An emitter that sends one ray to each point, all of it or the rays that meet a part.
+    /// An emitter that sends one ray to each point.
     fn by_views(
         &mut self,
         (scene, receiver, stop): MeasuredScene,
         emitter: &Emitter,
-        part: Option<&NormalLight>,
     ) -> Option<Vec<DirectTexel>> {
-        // What is between a part and the receiver is not what is between the receiver and infinity.
-        let shafts = match part {
-            None => Shafts::new(scene, receiver, emitter),
-            Some(_) => None,
-        };
+        let shafts = Shafts::new(scene, receiver, emitter);
         let known = shafts
             .as_ref()
             .map(|shafts| (shafts, shafts.views(stop, &mut self.counters)));
@@ -158,26 +164,81 @@ impl Direct {
             Some((*shafts, views.of(texel)))
         };
         let run = (scene, receiver, stop);
-        let is_divided = |at: &DirectLight, texel: usize| {
-            part.is_some_and(|part| at.is_divided_by_end(texel, part))
-        };
-        let first = self.by_row(run, part, |at, texel| match view(texel) {
+        let first = self.by_row(run, None, |at, texel| match view(texel) {
             Some((_, TexelView::Same(share))) => at.glance(texel, emitter, Some(share)),
             Some((shafts, TexelView::Divided(by))) if are_simple(by) => {
                 at.divided(texel, emitter, shafts, by)
             }
             _ => at.glance(texel, emitter, None),
         })?;
-        self.by_row(run, part, |at, texel| {
+        self.by_row(run, None, |at, texel| {
             let value = first[texel].value;
             match view(texel) {
                 Some((_, TexelView::Same(_))) => value,
                 Some((_, TexelView::Divided(by))) if are_simple(by) => value,
-                _ if !is_near_edge(&first, texel, receiver) && !is_divided(at, texel) => value,
+                _ if !is_near_edge(&first, texel, receiver) => value,
                 Some((shafts, TexelView::Divided(by))) => {
                     at.divided(texel, emitter, shafts, by).value
                 }
                 Some((_, TexelView::Unknown)) | None => at.edge(texel, emitter),
+            }
+        })
+    }
+
+    /// The rays of an emitter that sends one ray to each point, if they meet a part.
+    ///
+    /// There are no shafts: what is between a part and the receiver is not what is between it and infinity.
+    fn by_windows(
+        &mut self,
+        run: MeasuredScene,
+        emitter: &Emitter,
+        part: &NormalLight,
+    ) -> Option<Vec<DirectTexel>> {
+        let first = self.by_row(run, Some(part), |at, texel| {
+            let window = at.window(texel, part);
+            let glance = match &window {
+                Some(window) if window.is_outside() => Glance {
+                    value: DirectTexel::default(),
+                    passed: ShareRange::NOTHING_SEEN,
+                },
+                Some(window) if window.is_exact && window.is_divided() => {
+                    at.through(texel, (emitter, part), window)
+                }
+                _ => at.glance(texel, emitter, None),
+            };
+            (glance, window)
+        })?;
+        let (first, windows): (Vec<_>, Vec<_>) = first.into_iter().unzip();
+        let (_, receiver, _) = run;
+        self.by_row(run, Some(part), |at, texel| {
+            let value = first[texel].value;
+            let is_near_edge = is_near_edge(&first, texel, receiver);
+            match &windows[texel] {
+                Some(window) if window.is_outside() => value,
+                Some(window) if window.is_exact => {
+                    if !is_near_edge {
+                        return value;
+                    }
+                    let found = at.edge(texel, emitter);
+                    if window.is_divided() && !window.is_found_by(&first[texel], &found) {
+                        return value;
+                    }
+                    found
+                }
+                window => {
+                    let is_divided = window.as_ref().is_some_and(Window::is_divided);
+                    if !is_near_edge && !is_divided && !at.is_divided_by_end(texel, part) {
+                        return value;
+                    }
+                    let mut found = at.edge(texel, emitter);
+                    if let Some(window) = window
+                        && found.irradiance.is_black()
+                    {
+                        // Less than the points of the closer look tell.
+                        found.error = at.through(texel, (emitter, part), window).value.error;
+                    }
+                    found
+                }
             }
         })
     }
@@ -214,28 +275,34 @@ impl Direct {
     }
 
     /// The light of a part that shines along its normals by a texture. It ends in an edge, which may cut off
-    /// less of a texel than samples find: what these may have missed is an error near the edge.
+    /// less of a texel than samples find.
     fn by_pattern(
         &mut self,
         run: MeasuredScene,
         stream: &Stream,
         samples: u32,
-        one: (&Emitter, &NormalLight),
+        (emitter, part): (&Emitter, &NormalLight),
     ) -> Option<Vec<DirectTexel>> {
-        let first = self.by_row(run, None, |at, texel| {
-            Glance::from(at.patterned(texel, one, &stream.split(texel as u64), SAMPLES))
-        })?;
+        let measure = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
+            let window = at.window(texel, part);
+            if window.as_ref().is_some_and(Window::is_outside) {
+                return Glance {
+                    value: DirectTexel::default(),
+                    passed: ShareRange::NOTHING_SEEN,
+                };
+            }
+            let one = (emitter, part, window.as_ref());
+            at.patterned(texel, one, &stream.split(texel as u64), each)
+        };
+        let first = self.by_row(run, None, |at, texel| measure(at, texel, stream, SAMPLES))?;
         let each = (samples / REPLICATES).max(SAMPLES);
         let again = stream.split(AGAIN);
         let (_, receiver, _) = run;
         self.by_row(run, None, |at, texel| {
             let value = first[texel].value;
-            let anew =
-                |at: &mut DirectLight| at.patterned(texel, one, &again.split(texel as u64), each);
-            if is_near_edge(&first, texel, receiver) {
-                Glance::from(anew(at).with_unseen(each)).value
-            } else if each > SAMPLES && is_rough(&value) {
-                Glance::from(anew(at)).value
+            let is_hard = is_near_edge(&first, texel, receiver) || is_rough(&value);
+            if each > SAMPLES && is_hard {
+                measure(at, texel, &again, each).value
             } else {
                 value
             }

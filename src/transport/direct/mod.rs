@@ -12,7 +12,8 @@
 //! see the same share. A leaf that is still mixed there is booked as error.
 //!
 //! Light along the normals of a surface is that of a sun or a point for rays that meet the surface, and ends
-//! in an edge where the surface does. Texels that this edge runs through get the closer look, too.
+//! in an edge where the surface does. On a flat texel the part that this edge leaves is exact (`window.rs`):
+//! its places look for shadows. Other texels that it runs through get the closer look.
 //!
 //! Area lights and environments are integrated over texel and light together by randomised quasi-Monte
 //! Carlo. Images that points shine through, and textures along normals, are integrated over the texel. Both
@@ -42,6 +43,7 @@ mod measure;
 mod sampled;
 mod shafts;
 mod texel;
+mod window;
 
 pub use measure::{AREA_SAMPLES, Direct, direct};
 pub use texel::DirectTexel;

@@ -36,7 +36,15 @@ pub(super) struct Sampled<const N: usize> {
 /// Part of a light's samples that may all be wrong although they agree, times their number, by the standard
 /// error that its bar is a multiple of. If a part p of the light is hidden, n samples see all of it with the
 /// probability (1 − p)ⁿ. That is 1/2000 for p = ln 2000 / n, and bars are 3.29 standard errors.
-const UNSEEN: f64 = 7.6 / 3.29;
+const UNSEEN: f64 = UNSEEN_PART / 3.29;
+
+/// The same part of the light itself, times the number of samples.
+const UNSEEN_PART: f64 = 7.6;
+
+/// The part of a light that all samples may have missed, with `each` in each replicate.
+pub(super) fn unseen_part(each: u32) -> f64 {
+    UNSEEN_PART / f64::from(REPLICATES * each)
+}
 
 /// True if no light is missing but for the rounding of sums of up to 2²⁴ samples.
 fn sees_all(seen: f64, unshadowed: f64) -> bool {
@@ -53,6 +61,16 @@ impl<const N: usize> Sampled<N> {
                 let unseen = all * UNSEEN / f64::from(REPLICATES * each);
                 self.error[c] = math::hypot(self.error[c], unseen);
             }
+        }
+        self
+    }
+}
+
+impl Sampled<3> {
+    /// The same if light of an irradiance up to `most` may have been missed.
+    pub(super) fn with_missed(mut self, most: Rgb) -> Self {
+        for (error, most) in self.error.iter_mut().zip(most.0) {
+            *error = math::hypot(*error, most * (UNSEEN / UNSEEN_PART));
         }
         self
     }

@@ -8,11 +8,11 @@ use super::normal_light::NormalLight;
 use super::patch::ChartPatch;
 use super::probe::Probe;
 use super::sky::Sky;
-use super::surface::{LightPart, LightSurface, MAX_TRIANGLES};
+use super::surface::{LightPart, LightSurface};
 use super::textured::TexturedPart;
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, Scene, ShapeId, TextureId};
+use crate::scene::{Emitter, MAX_SHINING_TRIANGLES, Scene, ShapeId};
 use crate::transport::chain_limits::{self, NotFollowed};
 
 /// Number of cells at which division ends.
@@ -63,7 +63,7 @@ pub enum LightSpaceError {
     /// The shape of an area light has no charts.
     #[error(
         "the {emitter} emitter on shape \"{shape}\" ({plugin}) is not modelled; area lights can be \
-         rectangle, disk, sphere, cube and meshes of at most {MAX_TRIANGLES} triangles"
+         rectangle, disk, sphere, cube and meshes of at most {MAX_SHINING_TRIANGLES} triangles"
     )]
     AreaShape {
         /// Mitsuba's name of the emitter.
@@ -328,12 +328,14 @@ impl<'a> Targets<'a> {
                 })
                 .collect();
         }
+        // A patch beside a bright texel may turn out to be black.
+        all.retain(|(_, flux)| !flux.is_black());
         all.into_iter().unzip()
     }
 
     fn may_be_met(&self, charts: &[LightChart], cell: &LightCell) -> bool {
         let chart = &charts[cell.chart as usize];
-        if chart.flux_bound(&cell.patch).is_black() {
+        if chart.is_dark(&cell.patch) {
             return false;
         }
         let probe: Probe = chart.probe(&cell.patch);
@@ -415,9 +417,21 @@ fn add_charts(
             let Some(surface) = surface else {
                 return Err(not_modelled(scene, emitter, *shape));
             };
-            for numbered in surface.numbered() {
-                let light = (*shape, *radiance, *texture);
-                add_area_charts(scene, light, numbered, charts);
+            match texture {
+                None => {
+                    for part in surface.parts() {
+                        add_area_charts(part, *radiance, None, charts);
+                    }
+                }
+                Some(id) => {
+                    for part in TexturedPart::all(scene, *shape, *id, &surface) {
+                        let (even, light) = (part.even(), part.light());
+                        match even {
+                            Some(value) => add_area_charts(&light, *radiance * value, None, charts),
+                            None => add_area_charts(&light, *radiance, Some(part), charts),
+                        }
+                    }
+                }
             }
         }
         Emitter::DirectionalArea { shape, .. } => {
@@ -441,22 +455,13 @@ fn add_charts(
 
 /// The charts over a part of a surface that shines in all directions.
 fn add_area_charts(
-    scene: &Scene,
-    (shape, mut radiance, texture): (ShapeId, Rgb, Option<TextureId>),
-    numbered: (u32, &LightPart),
+    part: &LightPart,
+    radiance: Rgb,
+    texture: Option<TexturedPart>,
     charts: &mut Vec<LightChart>,
 ) {
-    let mut textured = None;
-    if let Some(id) = texture {
-        let Some(part) = TexturedPart::new(scene, shape, id, numbered) else {
-            return;
-        };
-        match part.even() {
-            Some(value) => radiance = radiance * value,
-            None => textured = Some(Box::new(part)),
-        }
-    }
-    match *numbered.1 {
+    let textured = texture.map(Box::new);
+    match *part {
         LightPart::Flat(area, normal) => {
             let (x, y) = normal.any_orthonormal_pair();
             charts.push(LightChart::Flat {

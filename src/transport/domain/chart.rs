@@ -252,6 +252,15 @@ impl LightChart {
         }
     }
 
+    /// True if a patch is known to send no light, as [`flux_bound`](Self::flux_bound) would tell, but in
+    /// little time: that may integrate a texture.
+    pub(super) fn is_dark(&self, patch: &ChartPatch) -> bool {
+        match self {
+            Self::Normal(light) => light.is_dark(patch),
+            other => other.flux_bound(patch).is_black(),
+        }
+    }
+
     /// The flux of a patch \[W\], or an upper bound; zero only if there is none.
     ///
     /// It is a bound for spots, images, textures on discs and balls, and for patches across the rim of a disc

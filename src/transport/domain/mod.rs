@@ -12,7 +12,7 @@ mod face;
 pub mod normal_light;
 pub mod patch;
 mod pattern;
-mod polygon;
+pub mod polygon;
 pub mod probe;
 pub mod sky;
 pub mod surface;

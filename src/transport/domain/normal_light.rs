@@ -74,8 +74,14 @@ impl NormalLight {
         };
         let surface = &scene.world().shapes()[shape.0 as usize];
         let parts = LightSurface::new(surface)?;
-        let pattern = |number: u32, across: u32| {
-            texture.map(|texture| Pattern::new(scene, texture, surface, number, across))
+        let patterns = |numbers: &[u32], across: u32| -> Vec<Option<Pattern>> {
+            match texture {
+                None => vec![None; numbers.len()],
+                Some(id) => {
+                    let all = Pattern::all(scene, *id, surface, numbers.iter().copied(), across);
+                    all.into_iter().map(Some).collect()
+                }
+            }
         };
         let light = |form, pattern: Option<Pattern>| {
             let even = pattern.as_ref().and_then(Pattern::even);
@@ -87,13 +93,12 @@ impl NormalLight {
         };
         if let Some((area, normal)) = parts.rectangle() {
             let form = FlatLight::new(area, normal).map(NormalForm::Flat);
-            return Some(
-                form.map(|form| light(form, pattern(0, 1)))
-                    .into_iter()
-                    .collect(),
-            );
+            let pattern = patterns(&[0], 1).pop().flatten();
+            return Some(form.map(|form| light(form, pattern)).into_iter().collect());
         }
-        let of_part = |(number, part): (u32, &LightPart)| {
+        let numbers: Vec<u32> = parts.numbered().map(|(number, _)| number).collect();
+        let patterns = patterns(&numbers, ACROSS);
+        let of_part = |((number, part), pattern): ((u32, &LightPart), Option<Pattern>)| {
             let form = match part {
                 LightPart::Flat(area, normal) => {
                     let direction = match surface {
@@ -108,9 +113,9 @@ impl NormalLight {
                     axes: [DVec3::X, DVec3::Y, DVec3::Z],
                 },
             };
-            Some(light(form, pattern(number, ACROSS)))
+            Some(light(form, pattern))
         };
-        Some(parts.numbered().filter_map(of_part).collect())
+        Some(parts.numbered().zip(patterns).filter_map(of_part).collect())
     }
 
     /// The charts over it: itself, or the ball's part before each of some cube-map faces.
@@ -160,10 +165,7 @@ impl NormalLight {
             NormalForm::Flat(flat) => {
                 let (origin, [x, y]) = flat.area.axes();
                 let cosine = flat.normal.dot(flat.direction);
-                let offset = point.position - origin;
-                let distance = offset.dot(flat.normal) / cosine;
-                let back = offset - flat.direction * distance;
-                let place = DVec2::new(flat.duals[0].dot(back), flat.duals[1].dot(back));
+                let (place, distance) = flat.origin_of(point.position);
                 if !(distance > 0.0 && flat.area.holds(place)) {
                     return None;
                 }
@@ -185,6 +187,46 @@ impl NormalLight {
             reach,
             value: value.unwrap_or(Rgb::WHITE),
         })
+    }
+
+    /// The surface of a flat part.
+    pub fn area(&self) -> Option<Area> {
+        match &self.form {
+            NormalForm::Flat(flat) => Some(flat.area),
+            NormalForm::Ball { .. } => None,
+        }
+    }
+
+    /// The place on the plane of a flat part from which light would come to a point, and its way from there
+    /// \[m\]; it is below 0 behind the part. `None` for balls.
+    pub fn origin_of(&self, point: DVec3) -> Option<(DVec2, f64)> {
+        match &self.form {
+            NormalForm::Flat(flat) => Some(flat.origin_of(point)),
+            NormalForm::Ball { .. } => None,
+        }
+    }
+
+    /// A bound of the pattern's values, on a patch of places if it is known; 1 without a pattern.
+    pub fn peak(&self, places: Option<&ChartPatch>) -> Rgb {
+        match (&self.pattern, places) {
+            (None, _) => Rgb::WHITE,
+            (Some(pattern), None) => pattern.peak(),
+            (Some(pattern), Some(places)) => pattern.peak_in(places),
+        }
+    }
+
+    /// True if a patch is known to send no light.
+    pub(super) fn is_dark(&self, patch: &ChartPatch) -> bool {
+        let nearest = DVec2::ZERO.clamp(patch.from, patch.to);
+        let is_off = match &self.form {
+            NormalForm::Flat(flat) => match flat.area {
+                Area::Parallelogram { .. } => false,
+                Area::Triangle(_) => patch.from.x + patch.from.y >= 1.0,
+                Area::Disk { .. } => nearest.length_squared() >= 1.0,
+            },
+            NormalForm::Ball { .. } => return self.flux_bound(patch).is_black(),
+        };
+        is_off || (self.exitance * self.peak(Some(patch))).is_black()
     }
 
     /// The patch of all places on the chart.
@@ -300,6 +342,16 @@ impl FlatLight {
             duals,
             scale,
         })
+    }
+
+    /// The place on its plane from which light would come to a point, and its way from there \[m\].
+    fn origin_of(&self, point: DVec3) -> (DVec2, f64) {
+        let (origin, _) = self.area.axes();
+        let offset = point - origin;
+        let distance = offset.dot(self.normal) / self.normal.dot(self.direction);
+        let back = offset - self.direction * distance;
+        let place = DVec2::new(self.duals[0].dot(back), self.duals[1].dot(back));
+        (place, distance)
     }
 
     /// The beam of a patch, between planes along its light.

@@ -5,7 +5,7 @@
 //! cut such a part into polygons. In each the texture is one polynomial: constant, or bilinear. A bilinear
 //! one has degree 2, and the middles of a triangle's edges integrate it exactly (Hammer and Stroud 1956).
 
-use glam::{DAffine2, DMat3, DVec2, DVec3};
+use glam::{DAffine2, DMat2, DMat3, DVec2, DVec3};
 
 use super::patch::ChartPatch;
 use super::polygon::{area, cut, fan};
@@ -13,14 +13,19 @@ use crate::geometry::{Disk, Mesh, Shape, Sphere};
 use crate::radiometry::Rgb;
 use crate::scene::{BitmapTexture, Color, Scene, Texture, TextureFilter, TextureId};
 
-/// Most pieces into which a part is cut for its integral: 4096 x 4096 texels.
-const MAX_PIECES: f64 = 1.7e7;
+/// Most pieces into which a lamp is cut for its integrals: 2048 x 2048 texels, some tenths of a second.
+const MAX_PIECES: f64 = 4.2e6;
+
+/// Most texels that are looked at for a bound of a patch.
+const MAX_TEXELS: f64 = 5000.0;
 
 /// The values of a texture over a part of a surface.
 #[derive(Clone, Debug)]
 pub struct Pattern {
     values: PatternValues,
     map: PatternMap,
+    /// True if integrals are known: the lamp has few enough pieces, and its parameters are affine in places.
+    is_exact: bool,
 }
 
 /// A texture with all that it refers to.
@@ -50,9 +55,30 @@ enum PatternMap {
 }
 
 impl Pattern {
+    /// A texture over all parts of a shape, by their numbers (see [`new`](Self::new)). If they have too many
+    /// pieces together, no part has integrals.
+    pub fn all(
+        scene: &Scene,
+        texture: TextureId,
+        shape: &Shape,
+        numbers: impl Iterator<Item = u32>,
+        across: u32,
+    ) -> Vec<Self> {
+        let new = |number| Self::new(scene, texture, shape, number, across);
+        let mut all: Vec<Self> = numbers.map(new).collect();
+        let pieces: f64 = all.iter().map(Self::pieces).sum();
+        // NaN is too many, too.
+        if !(pieces <= MAX_PIECES) {
+            for pattern in &mut all {
+                pattern.is_exact = false;
+            }
+        }
+        all
+    }
+
     /// A texture over a part of a shape: `number` counts the parts of a rectangle, `across` a side, and the
     /// faces of a mesh.
-    pub fn new(scene: &Scene, texture: TextureId, shape: &Shape, number: u32, across: u32) -> Self {
+    fn new(scene: &Scene, texture: TextureId, shape: &Shape, number: u32, across: u32) -> Self {
         let (map, mesh) = match shape {
             Shape::Mesh(mesh) => {
                 let corner = |at: DVec2| mesh.at_barycentric(number, at, DVec3::Z).uv;
@@ -72,7 +98,16 @@ impl Pattern {
         };
         Self {
             values: PatternValues::new(scene, texture, mesh),
+            is_exact: matches!(map, PatternMap::Affine(_)),
             map,
+        }
+    }
+
+    /// A bound of the pieces of one polynomial on all of the part.
+    fn pieces(&self) -> f64 {
+        match &self.map {
+            PatternMap::Affine(map) => self.values.pieces(around(&map.matrix2, DVec2::ONE)),
+            PatternMap::Polar | PatternMap::Ball(_) => 0.0,
         }
     }
 
@@ -106,18 +141,36 @@ impl Pattern {
         self.values.peak()
     }
 
-    /// ∫ value dA over a convex polygon of places, in their area. `None` where parameters are not affine in
-    /// places, and for textures of too many pieces.
-    pub fn integral(&self, polygon: &[DVec2]) -> Option<Rgb> {
+    /// No value on a patch of a flat part is above it, channel by channel, but where a square of a
+    /// checkerboard touches the patch's border.
+    pub fn peak_in(&self, patch: &ChartPatch) -> Rgb {
         let PatternMap::Affine(map) = &self.map else {
-            return None;
+            return self.peak();
         };
-        self.values.integral(polygon, map)
+        let size = around(&map.matrix2, patch.to - patch.from);
+        let middle = map.transform_point2(patch.at(DVec2::splat(0.5)));
+        let bounds = ChartPatch {
+            from: middle - 0.5 * size,
+            to: middle + 0.5 * size,
+        };
+        self.values.peak_in(&bounds, patch)
+    }
+
+    /// ∫ value dA over a convex polygon of places, in their area. `None` where parameters are not affine in
+    /// places, and on lamps whose texture has too many pieces.
+    pub fn integral(&self, polygon: &[DVec2]) -> Option<Rgb> {
+        match &self.map {
+            PatternMap::Affine(map) if self.is_exact => self.values.integral(polygon, map),
+            _ => None,
+        }
     }
 
     /// A bound of [`integral`](Self::integral): itself if it is known, else by the peak.
     pub fn integral_bound(&self, polygon: &[DVec2]) -> Rgb {
-        let by_peak = || self.peak() * area(polygon);
+        let by_peak = || {
+            let [from, to] = bounds(polygon);
+            self.peak_in(&ChartPatch { from, to }) * area(polygon)
+        };
         self.integral(polygon).unwrap_or_else(by_peak)
     }
 
@@ -142,12 +195,11 @@ impl PatternValues {
     fn new(scene: &Scene, id: TextureId, mesh: Option<(&Mesh, u32)>) -> Self {
         match scene.texture(id) {
             Texture::Bitmap(bitmap) => {
-                let texels = bitmap.image.texels();
-                match texels.first() {
-                    Some(first) if texels.iter().all(|texel| texel == first) => {
-                        Self::Even(Rgb(first.map(f64::from)))
-                    }
-                    _ => Self::Bitmap(bitmap.clone()),
+                let [low, high] = bitmap.image.range();
+                if low == high {
+                    Self::Even(Rgb(low))
+                } else {
+                    Self::Bitmap(bitmap.clone())
                 }
             }
             Texture::Checkerboard {
@@ -210,13 +262,65 @@ impl PatternValues {
     }
 
     fn peak(&self) -> Rgb {
-        let most = |a: Rgb, b: Rgb| Rgb(std::array::from_fn(|c| a.0[c].max(b.0[c])));
         match self {
             Self::Even(value) => *value,
             Self::Bitmap(image) => image.peak(),
             Self::Squares(both, _) => most(both[0].peak(), both[1].peak()),
             Self::Corners([a, b, c]) => most(most(*a, *b), *c),
             Self::Scaled(nested, scale) => nested.peak() * *scale,
+        }
+    }
+
+    /// A bound of the values in a box of surface parameters that holds those of a box of places.
+    fn peak_in(&self, bounds: &ChartPatch, places: &ChartPatch) -> Rgb {
+        match self {
+            Self::Even(value) => *value,
+            Self::Bitmap(image) => {
+                let size = around(&affine(&image.to_uv).matrix2, bounds.to - bounds.from);
+                let texels = size * texels_of(image) + 2.0;
+                if texels.x * texels.y <= MAX_TEXELS {
+                    image.peak_between(bounds.from, bounds.to)
+                } else {
+                    image.peak()
+                }
+            }
+            Self::Squares(both, to_uv) => {
+                let [a, b] = [0, 1].map(|index: usize| both[index].peak_in(bounds, places));
+                let map = affine(to_uv);
+                // A hair smaller: a border of the box may be one of a square.
+                let size = around(&map.matrix2, bounds.to - bounds.from) * (1.0 - 1e-9);
+                let middle = map.transform_point2(bounds.at(DVec2::splat(0.5)));
+                let [low, high] = [-0.5, 0.5].map(|by| (middle + size * by) * 2.0);
+                match square(middle) {
+                    _ if low.floor() != high.floor() => most(a, b),
+                    0 => a,
+                    _ => b,
+                }
+            }
+            Self::Corners(_) => {
+                let corners = places.corners().map(|place| self.at(DVec2::ZERO, place));
+                least(corners.into_iter().fold(Rgb::BLACK, most), self.peak())
+            }
+            Self::Scaled(nested, scale) => nested.peak_in(bounds, places) * *scale,
+        }
+    }
+
+    /// A bound of the pieces of one polynomial in a box of surface parameters.
+    fn pieces(&self, size: DVec2) -> f64 {
+        // Lines of a grid that cross a box, and the space on both sides.
+        let cells = |to_uv: &DMat3, by: DVec2| {
+            let across = around(&affine(to_uv).matrix2, size) * by + 2.0;
+            across.x * across.y
+        };
+        match self {
+            Self::Even(_) | Self::Corners(_) => 1.0,
+            Self::Bitmap(image) => cells(&image.to_uv, texels_of(image)),
+            Self::Squares(both, to_uv) => {
+                let cell = around(&affine(to_uv).matrix2.inverse(), DVec2::splat(0.5)).min(size);
+                let within = both[0].pieces(cell).max(both[1].pieces(cell));
+                cells(to_uv, DVec2::splat(2.0)) * within
+            }
+            Self::Scaled(nested, _) => nested.pieces(size),
         }
     }
 
@@ -275,6 +379,30 @@ impl PatternValues {
     }
 }
 
+/// The size of the box around a box of this size, after a linear map.
+fn around(map: &DMat2, size: DVec2) -> DVec2 {
+    map.x_axis.abs() * size.x + map.y_axis.abs() * size.y
+}
+
+/// The lowest and the highest coordinates of a polygon.
+fn bounds(polygon: &[DVec2]) -> [DVec2; 2] {
+    let places = || polygon.iter().copied();
+    [
+        places().fold(DVec2::INFINITY, DVec2::min),
+        places().fold(DVec2::NEG_INFINITY, DVec2::max),
+    ]
+}
+
+/// The larger of two values, channel by channel.
+fn most(a: Rgb, b: Rgb) -> Rgb {
+    Rgb(std::array::from_fn(|c| a.0[c].max(b.0[c])))
+}
+
+/// The smaller of two values, channel by channel.
+fn least(a: Rgb, b: Rgb) -> Rgb {
+    Rgb(std::array::from_fn(|c| a.0[c].min(b.0[c])))
+}
+
 /// Columns and rows of an image.
 fn texels_of(image: &BitmapTexture) -> DVec2 {
     DVec2::new(image.image.width() as f64, image.image.height() as f64)
@@ -326,8 +454,9 @@ fn each_cell(
         (from, (to - from).max(1.0))
     };
     let ((left, columns), (_, rows)) = (range(polygon, 0), range(polygon, 1));
+    // A second guard: [`Pattern::all`] has counted them.
     let pieces = columns * rows;
-    if pieces > MAX_PIECES || pieces.is_nan() {
+    if pieces > 2.0 * MAX_PIECES || pieces.is_nan() {
         return None;
     }
     let between = |polygon: &[DVec2], axis: usize, from: f64| {
@@ -352,8 +481,6 @@ fn each_cell(
 
 #[cfg(test)]
 mod tests {
-    use glam::DMat2;
-
     use super::*;
     use crate::film::bitmap::{Bitmap, BitmapEncoding};
     use crate::scene::TextureWrap;
@@ -372,6 +499,7 @@ mod tests {
                 to_uv: turn,
             }),
             map: PatternMap::Affine(DAffine2::from_cols_array(&[1.0, 0.2, -0.2, 1.0, 0.1, 0.3])),
+            is_exact: true,
         }
     }
 
@@ -394,6 +522,42 @@ mod tests {
                 assert!((sum.0[c] - whole.0[c]).abs() <= 1e-13, "{sum:?} {whole:?}");
             }
         }
+    }
+
+    #[test]
+    fn no_value_of_a_patch_is_above_its_peak() {
+        for filter in [TextureFilter::Nearest, TextureFilter::Bilinear] {
+            let pattern = image(filter);
+            for step in 0..64 {
+                let from = DVec2::new(f64::from(step % 8), f64::from(step / 8)) / 8.0;
+                let patch = ChartPatch {
+                    from,
+                    to: from + 0.125,
+                };
+                let peak = pattern.peak_in(&patch);
+                for inner in 0..100 {
+                    let at = DVec2::new(f64::from(inner % 10), f64::from(inner / 10)) / 10.0 + 0.05;
+                    let value = pattern.value(patch.at(at));
+                    // A blend of four texels, each weight to a few roundings.
+                    assert!((0..3).all(|c| value.0[c] <= peak.0[c] * (1.0 + 1e-14)));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lamps_of_too_many_pieces_have_a_bound_instead_of_an_integral() {
+        let mut pattern = image(TextureFilter::Nearest);
+        let whole = pattern.integral(&SQUARE).unwrap();
+        assert!(pattern.pieces() < MAX_PIECES);
+        if let PatternValues::Bitmap(image) = &mut pattern.values {
+            image.to_uv = DMat3::from_scale(DVec2::splat(1e4)) * image.to_uv;
+        }
+        assert!(pattern.pieces() > MAX_PIECES);
+        assert!(pattern.integral(&SQUARE).is_none());
+        let bound = pattern.integral_bound(&SQUARE);
+        assert_eq!(bound, pattern.peak());
+        assert!((0..3).all(|c| bound.0[c] >= whole.0[c]));
     }
 
     #[test]

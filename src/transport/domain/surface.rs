@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::{Shape, SurfacePoint};
 use crate::numeric::math;
+use crate::scene::MAX_SHINING_TRIANGLES;
 
 /// A flat piece of an emitter's surface.
 #[derive(Clone, Copy, Debug)]
@@ -184,13 +185,9 @@ pub struct LightSurface {
 /// A rectangle is divided into 4 x 4 parts: a smaller start makes a tighter test of the light's reach.
 pub const ACROSS: u32 = 4;
 
-/// Largest number of triangles in a mesh that shines. Each triangle has charts of its own, and more of them
-/// would not fit the number of cells.
-pub const MAX_TRIANGLES: usize = 1024;
-
 impl LightSurface {
     /// The parts of a shape; `None` if the shape is not modelled as a light: a cylinder, a ball that shines
-    /// inward, a mesh of more than [`MAX_TRIANGLES`] triangles.
+    /// inward, a mesh of more than [`MAX_SHINING_TRIANGLES`] triangles.
     pub fn new(shape: &Shape) -> Option<Self> {
         let mut numbers = Vec::new();
         let parts: Vec<LightPart> = match shape {
@@ -217,18 +214,19 @@ impl LightSurface {
                 center: sphere.center(),
                 radius: sphere.radius(),
             }],
-            Shape::Mesh(mesh) if mesh.triangle_count() <= MAX_TRIANGLES => (0
-                ..mesh.triangle_count() as u32)
-                .filter_map(|face| {
-                    let normal = mesh.face_normal(face) * mesh.shining_side(face);
-                    let part = LightPart::Flat(Area::Triangle(mesh.corners(face)), normal);
-                    let has_area = part.area() > 0.0;
-                    if has_area {
-                        numbers.push(face);
-                    }
-                    has_area.then_some(part)
-                })
-                .collect(),
+            Shape::Mesh(mesh) if mesh.triangle_count() <= MAX_SHINING_TRIANGLES => {
+                (0..mesh.triangle_count() as u32)
+                    .filter_map(|face| {
+                        let normal = mesh.face_normal(face) * mesh.shining_side(face);
+                        let part = LightPart::Flat(Area::Triangle(mesh.corners(face)), normal);
+                        let has_area = part.area() > 0.0;
+                        if has_area {
+                            numbers.push(face);
+                        }
+                        has_area.then_some(part)
+                    })
+                    .collect()
+            }
             _ => return None,
         };
         if numbers.is_empty() {
