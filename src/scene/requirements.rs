@@ -29,10 +29,10 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
         let material = scene.material(object.material);
         material.is_rough_interface(scene.materials())
     };
-    let no_chain = if !scene.objects().iter().any(may_refract) {
-        "nothing mirrors or refracts: there is no caustic"
-    } else {
+    let no_chain = if scene.objects().iter().any(may_refract) {
         "nothing mirrors or refracts without blur"
+    } else {
+        "nothing mirrors or refracts: there is no caustic"
     };
     let mut list = vec![
         item(

@@ -53,6 +53,9 @@ impl Window {
 /// Fractions across a texel that are a hair inside: its border may be that of the surface.
 const INSET: f64 = 1e-6;
 
+/// Sides of the polygon that stands for a disc where places in it are wanted.
+const SIDES: u32 = 64;
+
 /// Places of a window are by this part of their distance nearer to its middle than its corners.
 const INWARD: f64 = 1e-3;
 
@@ -108,7 +111,6 @@ impl DirectLight<'_> {
                 let before: Vec<DVec2> = lit.iter().map(origin).collect();
                 share = Some(disk_area(&before) / size);
                 // The places are in a polygon inside of the disc.
-                const SIDES: u32 = 64;
                 let unit = |angle: f64| {
                     let (sin, cos) = math::sin_cos(angle);
                     DVec2::new(cos, sin)

@@ -68,7 +68,7 @@ impl Pattern {
         let mut all: Vec<Self> = numbers.map(new).collect();
         let pieces: f64 = all.iter().map(Self::pieces).sum();
         // NaN is too many, too.
-        if !(pieces <= MAX_PIECES) {
+        if pieces.is_nan() || pieces > MAX_PIECES {
             for pattern in &mut all {
                 pattern.is_exact = false;
             }
