@@ -184,7 +184,7 @@ fn an_area_light_belongs_to_one_shape() {
 
 #[test]
 fn light_that_is_not_modelled_is_never_silent() {
-    for plugin in ["timed_sunsky", "directionalarea"] {
+    for plugin in ["timed_sunsky", "volumelight"] {
         let message = error(&format!("<emitter type=\"{plugin}\"/>"));
         assert!(
             message.contains(&format!("emitter \"{plugin}\" is not modelled")),

@@ -273,8 +273,13 @@ fn direct_light_is_the_integral_over_the_lamp() {
                         off <= 3.29 * error.0[c] + 5e-3 * expected[c],
                         "{kind}, {name}, {texel}: {value:?} for {expected:?}, error {error:?}"
                     );
-                    // Of 4096 samples. Boards have pieces with bright and dark squares.
-                    let most = if name == "boards" { 6e-2 } else { 1e-2 };
+                    // Of 4096 samples, whose places on a ball are even: each is off by some of itself, their mean by
+                    // 1/64 of that. Boards have pieces with bright and dark squares.
+                    let most = match (kind, name) {
+                        (_, "boards") => 6e-2,
+                        ("sphere", _) => 2e-2,
+                        _ => 1e-2,
+                    };
                     let relative = error.0[c] / value.0[c];
                     assert!(relative <= most, "{kind}, {name}: {relative}");
                 }
