@@ -172,7 +172,7 @@ def main():
                     flux = bsdf.eval(importance, si, to)
                     # An opaque principled material has a density behind it, where it samples nothing.
                     samples_nothing = bsdf.sample(radiance, si, 0.5, mi.Point2f(0.3, 0.6))[0].pdf == 0 and np.max(np.array(value)) == 0
-                    pdf = 0 if text.startswith('<bsdf type="principled"') and wi[0] > 90 and samples_nothing else bsdf.pdf(radiance, si, to)
+                    pdf = 0 if 'type="principled"' in text and wi[0] > 90 and samples_nothing else bsdf.pdf(radiance, si, to)
                     print("eval", *wi, *wo, numbers(value, flux, pdf), file=file)
 
         for text in CASES:

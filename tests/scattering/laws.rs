@@ -40,8 +40,9 @@ fn light_goes_the_same_way_back() {
             })
         };
         let indices = if case.contains("principled") {
-            // By a specular of 1/2, if no index is given; light goes through no other.
-            (index("eta", 1.5), 1.0)
+            // `specular` is the reflectance at normal incidence by 0.08, and 0.001 if it is zero.
+            let amplitude = (0.08 * index("specular", 0.5).max(1e-3)).sqrt();
+            (index("eta", 2.0 / (1.0 - amplitude) - 1.0), 1.0)
         } else {
             (index("int_ior", 1.5046), index("ext_ior", 1.000277))
         };
