@@ -5,13 +5,12 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 use nephroid::internals::mitsuba;
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::reference::photons::{PhotonSettings, run};
-use nephroid::internals::run::{Budget, Context, Estimate, Progress};
+use nephroid::internals::run::{Budget, Context, Estimate};
 use nephroid::internals::scene::{Emitter, Scene};
-use nephroid::internals::transport::direct::{AREA_SAMPLES, direct};
+use nephroid::internals::transport::direct::AREA_SAMPLES;
 use nephroid::internals::transport::domain::LightSpace;
-use nephroid::internals::transport::receiver::Receiver;
 
+use super::metered::{above_a_floor, by_photons, directly};
 use crate::support::paths;
 
 /// Texels a side of a floor from -1 to 1.
@@ -38,12 +37,7 @@ fn load_with(elements: &str, files: &[(&str, String)]) -> Result<Scene, String> 
         std::fs::write(folder.path().join(name), text).unwrap();
     }
     let path = folder.path().join("scene.xml");
-    let text = format!(
-        "<scene version=\"3.0.0\">{elements}<shape type=\"rectangle\" id=\"floor\"><bsdf type=\"diffuse\"/>\
-         <sensor type=\"irradiancemeter\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"{SIDE}\"/>\
-         <integer name=\"height\" value=\"{SIDE}\"/><rfilter type=\"box\"/></film></sensor></shape></scene>"
-    );
-    std::fs::write(&path, text).unwrap();
+    std::fs::write(&path, above_a_floor(elements, SIDE)).unwrap();
     mitsuba::load(&path, &[]).map_err(|error| error.to_string())
 }
 
@@ -55,27 +49,6 @@ fn lamp(kind: &str, transform: &str) -> String {
     format!(
         "<shape type=\"{kind}\"><transform name=\"to_world\">{transform}</transform>{LIGHT}</shape>"
     )
-}
-
-fn by_photons(scene: &Scene, photons: u64) -> Estimate {
-    let settings = PhotonSettings::default();
-    let budget = Budget::work(photons);
-    run(
-        scene,
-        &scene.sensors()[0],
-        settings,
-        &budget,
-        &Progress::default(),
-    )
-    .unwrap()
-}
-
-/// Direct irradiance, and what is left uncertain of it, texel by texel.
-fn directly(scene: &Scene) -> Vec<(Rgb, Rgb)> {
-    let receiver = Receiver::new(scene, &scene.sensors()[0]).unwrap();
-    let found = direct(scene, &receiver, 0, AREA_SAMPLES, &|| false).unwrap();
-    let texels = found.texels.iter();
-    texels.map(|it| (it.irradiance, it.error)).collect()
 }
 
 /// The part of a texel that is inside a convex polygon, counter-clockwise: Sutherland and Hodgman.
@@ -123,7 +96,7 @@ fn assert_lit_by(
 ) {
     let scene =
         |elements: &str| load_with(elements, files).unwrap_or_else(|error| panic!("{error}"));
-    let found = directly(&scene(light));
+    let found = directly(&scene(light), AREA_SAMPLES);
     for (texel, (irradiance, error)) in found.iter().enumerate() {
         for (c, exitance) in EXITANCE.into_iter().enumerate() {
             let expected = part(texel) * level * exitance;
@@ -174,7 +147,7 @@ fn a_rectangle_lights_what_is_straight_before_it() {
     let part = |texel: usize| part_inside(texel, &window);
     assert_lit("rectangle", &lamp("rectangle", down), 1.0, &part);
     let up = down.replace("<rotate x=\"1\" angle=\"180\"/>", "");
-    let dark = directly(&scene(&lamp("rectangle", &up)));
+    let dark = directly(&scene(&lamp("rectangle", &up)), AREA_SAMPLES);
     assert!(dark.iter().all(|(it, _)| it.is_black()), "its back is dark");
 }
 
@@ -190,7 +163,7 @@ fn a_tilted_rectangle_lights_by_the_cosine_and_keeps_its_flux() {
     let part = |texel: usize| part_inside(texel, &window);
     assert_lit("tilted", &light, cos, &part);
     let size = 4.0 / (SIDE * SIDE) as f64;
-    let flux: f64 = directly(&scene(&light))
+    let flux: f64 = directly(&scene(&light), AREA_SAMPLES)
         .iter()
         .map(|(it, _)| it.0[2] * size)
         .sum();
@@ -223,7 +196,8 @@ fn a_balls_light_is_that_of_a_point_in_its_middle() {
     let block = "<shape type=\"cube\"><transform name=\"to_world\"><scale value=\"0.1\"/>\
         <translate x=\"-0.2\" z=\"0.2\"/></transform><bsdf type=\"diffuse\"/></shape>";
     for shape in ["", block] {
-        let [a, b] = [&sphere[..], point].map(|light| directly(&scene(&format!("{light}{shape}"))));
+        let [a, b] = [&sphere[..], point]
+            .map(|light| directly(&scene(&format!("{light}{shape}")), AREA_SAMPLES));
         for ((a, error), (b, other)) in a.iter().zip(&b) {
             for c in 0..3 {
                 // Of the point, shafts tell which texels see it; of the ball, rays do.
@@ -236,7 +210,7 @@ fn a_balls_light_is_that_of_a_point_in_its_middle() {
         }
     }
     let through = by_photons(&scene(&format!("{sphere}{CLEAR}")), 1 << 20);
-    let expected = directly(&scene(point));
+    let expected = directly(&scene(point), AREA_SAMPLES);
     let layer = &through.total;
     let all = layer.values.iter().zip(&layer.standard_error);
     for ((value, error), (expected, _)) in all.zip(&expected) {
@@ -351,7 +325,7 @@ fn lamps_smaller_than_the_gaps_between_points_are_found() {
         ("disk", 0.0025 * std::f64::consts::PI),
     ] {
         let light = shape(kind, half);
-        for (at, (irradiance, error)) in directly(&scene(&light)).iter().enumerate() {
+        for (at, (irradiance, error)) in directly(&scene(&light), AREA_SAMPLES).iter().enumerate() {
             let expected = if at == texel {
                 share * EXITANCE[1]
             } else {
@@ -367,7 +341,7 @@ fn lamps_smaller_than_the_gaps_between_points_are_found() {
              <translate x=\"{}\" z=\"0.5\"/></transform><bsdf type=\"diffuse\"/></shape>",
             middle.x + 0.5
         );
-        let found = directly(&scene(&format!("{light}{block}")));
+        let found = directly(&scene(&format!("{light}{block}")), AREA_SAMPLES);
         let (irradiance, error) = found[texel];
         let expected = 0.5 * share * EXITANCE[1];
         assert!(

@@ -7,12 +7,13 @@ use nephroid::internals::film::{Image, exr};
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::{SampleMoments, Stream, StreamKind};
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::reference::photons::{PhotonSettings, run};
-use nephroid::internals::run::{Budget, Estimate, Progress};
+use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::run::Estimate;
 use nephroid::internals::scene::{Emitter, Envmap, Scene};
 use nephroid::internals::transport::domain::LightSpace;
 use tempfile::TempDir;
 
+use super::metered::by_photons_with;
 use crate::support::paths;
 
 /// A ball of glass that rests a tenth above the floor.
@@ -72,15 +73,7 @@ fn by_photons(scene: &Scene, photons: u64) -> Estimate {
         direct_samples: 1 << 13,
         ..PhotonSettings::default()
     };
-    let budget = Budget::work(photons);
-    run(
-        scene,
-        &scene.sensors()[0],
-        settings,
-        &budget,
-        &Progress::default(),
-    )
-    .unwrap()
+    by_photons_with(scene, settings, photons)
 }
 
 /// The light that comes to a point of the floor from `direction`: L of the sky, split at the ball, black where
@@ -456,15 +449,7 @@ fn more_samples_of_a_sky_have_no_bias() {
         direct_samples: 1 << 12,
         ..PhotonSettings::default()
     };
-    let budget = Budget::work(1 << 10);
-    let found = run(
-        &scene,
-        &scene.sensors()[0],
-        settings,
-        &budget,
-        &Progress::default(),
-    )
-    .unwrap();
+    let found = by_photons_with(&scene, settings, 1 << 10);
     let direct = &found.layers[0];
     let off: f64 = (0..256)
         .map(|index| direct.values[index].0[0] - below_small_ball(0.05, index))

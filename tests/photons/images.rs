@@ -6,12 +6,12 @@ use glam::DVec2;
 use nephroid::internals::film::{Image, exr};
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::{Stream, StreamKind};
-use nephroid::internals::reference::photons::{PhotonSettings, run};
-use nephroid::internals::run::{Budget, Estimate, Progress};
+use nephroid::internals::run::{Budget, Estimate};
 use nephroid::internals::scene::Scene;
 use nephroid::internals::transport::domain::LightSpace;
 use tempfile::TempDir;
 
+use super::metered::by_photons;
 use crate::support::paths;
 
 /// Height \[m\] of the lights above the floor.
@@ -84,13 +84,6 @@ fn floor() -> String {
 
 const THIN: &str = "<shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"3\" y=\"3\"/><translate z=\"1\"/></transform>\
     <bsdf type=\"thindielectric\"><float name=\"int_ior\" value=\"1.5\"/><float name=\"ext_ior\" value=\"1\"/></bsdf></shape>";
-
-fn by_photons(scene: &Scene, photons: u64) -> Estimate {
-    let settings = PhotonSettings::default();
-    let sensor = &scene.sensors()[0];
-    let budget = Budget::work(photons);
-    run(scene, sensor, settings, &budget, &Progress::default()).unwrap()
-}
 
 /// The image's texel that falls on a place of the floor: its first column on the left, its first row at +y.
 fn falls_on(place: DVec2) -> [f64; 3] {

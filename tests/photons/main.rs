@@ -16,6 +16,7 @@ mod images;
 mod ledger;
 mod light_space;
 mod light_tracing;
+mod metered;
 mod photon_map;
 mod rainbow;
 mod random;

@@ -7,13 +7,10 @@ use nephroid::internals::film::{Image, exr};
 use nephroid::internals::geometry::Shape;
 use nephroid::internals::mitsuba;
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::reference::photons::{PhotonSettings, run};
-use nephroid::internals::run::{Budget, Estimate, Progress};
 use nephroid::internals::scene::{Scene, TexturePoint};
-use nephroid::internals::transport::direct::direct;
 use nephroid::internals::transport::domain::LightSpace;
-use nephroid::internals::transport::receiver::Receiver;
 
+use super::metered::{above_a_floor, by_photons, directly};
 use crate::support::paths;
 
 /// Texels a side of a floor from -1 to 1.
@@ -64,12 +61,7 @@ fn load(elements: &str) -> Result<Scene, String> {
         std::fs::write(folder.path().join(format!("{name}.ply")), text).unwrap();
     }
     let path = folder.path().join("scene.xml");
-    let text = format!(
-        "<scene version=\"3.0.0\">{elements}<shape type=\"rectangle\" id=\"floor\"><bsdf type=\"diffuse\"/>\
-         <sensor type=\"irradiancemeter\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"{SIDE}\"/>\
-         <integer name=\"height\" value=\"{SIDE}\"/><rfilter type=\"box\"/></film></sensor></shape></scene>"
-    );
-    std::fs::write(&path, text).unwrap();
+    std::fs::write(&path, above_a_floor(elements, SIDE)).unwrap();
     mitsuba::load(&path, &[]).map_err(|error| error.to_string())
 }
 
@@ -135,26 +127,6 @@ fn textures() -> [(&'static str, String); 5] {
         ("clamped", picture(CLAMPED)),
         ("boards", boards()),
     ]
-}
-
-fn by_photons(scene: &Scene, photons: u64) -> Estimate {
-    let settings = PhotonSettings::default();
-    let budget = Budget::work(photons);
-    run(
-        scene,
-        &scene.sensors()[0],
-        settings,
-        &budget,
-        &Progress::default(),
-    )
-    .unwrap()
-}
-
-fn directly(scene: &Scene, samples: u32) -> Vec<(Rgb, Rgb)> {
-    let receiver = Receiver::new(scene, &scene.sensors()[0]).unwrap();
-    let found = direct(scene, &receiver, 0, samples, &|| false).unwrap();
-    let texels = found.texels.iter();
-    texels.map(|it| (it.irradiance, it.error)).collect()
 }
 
 /// A place of the lamp's surface with its normal, area and value.

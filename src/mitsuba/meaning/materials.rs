@@ -468,24 +468,18 @@ fn distribution(plugin: &Plugin) -> Result<FacetDistribution, LoadError> {
 /// The index of a principled material, inside by outside. Where light passes through, it is no interface at
 /// 1: Mitsuba then takes 1.001, and a `specular` of 0.001.
 fn principled_index(plugin: &Plugin, is_glass: bool) -> Result<f64, LoadError> {
-    let specular = plugin.float_at("specular")?;
+    let is_given = plugin.find("specular").is_some();
     if let Some((eta, at)) = plugin.float_at("eta")? {
-        if specular.is_some() {
+        if is_given {
             return Err(plugin.parameter_error(at, "eta", "and \"specular\" exclude each other"));
         }
         return Ok(if is_glass && eta == 1.0 { 1.001 } else { eta });
     }
-    let reflectance = match specular {
-        Some((specular, at)) if !(0.0..=1.0).contains(&specular) => {
-            let message = format!("must be from 0 to 1, not {specular}");
-            return Err(plugin.parameter_error(at, "specular", message));
-        }
-        found => found.map_or(0.5, |(specular, _)| specular),
-    };
-    let reflectance = if is_glass && reflectance == 0.0 {
+    let specular = plugin.float_within("specular", 0.0..=1.0, 0.5)?;
+    let reflectance = if is_glass && specular == 0.0 {
         1e-3
     } else {
-        reflectance
+        specular
     };
     Ok(2.0 / (1.0 - (0.08 * reflectance).sqrt()) - 1.0)
 }

@@ -1,6 +1,7 @@
 //! The interface between a plugin and its properties: a property that was not asked for is an error.
 
 use std::cell::{Cell, RefCell};
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
 
@@ -127,6 +128,28 @@ impl<'t> Plugin<'t> {
         match self.float_at(name)? {
             Some((number, at)) if number <= 0.0 => {
                 Err(self.parameter_error(at, name, format!("must be above 0, not {number}")))
+            }
+            found => Ok(found.map_or(default, |(number, _)| number)),
+        }
+    }
+
+    /// A number in a range, or `default` if the file gives none. A range up to `f64::MAX` has all finite
+    /// numbers.
+    pub fn float_within(
+        &self,
+        name: &str,
+        range: RangeInclusive<f64>,
+        default: f64,
+    ) -> Result<f64, LoadError> {
+        match self.float_at(name)? {
+            Some((number, at)) if !range.contains(&number) => {
+                let (least, most) = range.into_inner();
+                let message = if most == f64::MAX {
+                    format!("must be at least {least} and finite, not {number}")
+                } else {
+                    format!("must be from {least} to {most}, not {number}")
+                };
+                Err(self.parameter_error(at, name, message))
             }
             found => Ok(found.map_or(default, |(number, _)| number)),
         }

@@ -7,10 +7,9 @@ use super::spectra::{self, Role};
 use crate::geometry::Transform;
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::syntax::Tree;
-use crate::numeric::math;
 use crate::scene::{Daylight, Emitter, Envmap, SunDisc, Warning};
 use crate::spectrum::daylight::sunlight::SUN_DIAMETER;
-use crate::spectrum::daylight::{ClearSky, Clock, Place, sun_direction, sun_irradiance};
+use crate::spectrum::daylight::{ClearSky, Clock, Place, elevation, sun_direction, sun_irradiance};
 
 /// The parameters of a place and a time, which a direction of the sun excludes.
 const PLACE_AND_TIME: [&str; 9] = [
@@ -36,7 +35,7 @@ pub fn read(
 ) -> Result<Emitter, LoadError> {
     let turn = plugin.transform("to_world")?;
     let to_world = turn.map_or(Transform::IDENTITY, |(to_world, _)| to_world);
-    let turbidity = within(plugin, "turbidity", 3.0, 1.0, 10.0)?;
+    let turbidity = plugin.float_within("turbidity", 1.0..=10.0, 3.0)?;
     let albedo = spectra::read_or(tree, plugin, "albedo", Role::Fraction, 0.3)?;
     let sun_scale = not_negative(plugin, "sun_scale")?;
     let sky_scale = not_negative(plugin, "sky_scale")?;
@@ -63,8 +62,7 @@ pub fn read(
     if local.z < 0.0 {
         warn("the sun is below the horizon, where the model has no light: sky and sun are black");
     }
-    let elevation = math::atan2(local.z, math::hypot(local.x, local.y));
-    let irradiance = sun_irradiance(turbidity, elevation) * sun_scale;
+    let irradiance = sun_irradiance(turbidity, elevation(local)) * sun_scale;
     if irradiance.min_channel() < 0.0 {
         warn(
             "the sun is redder than linear sRGB can tell; negative channels are taken for 0, which Mitsuba keeps",
@@ -110,9 +108,9 @@ fn towards_sun(plugin: &Plugin, to_world: &Transform) -> Result<DVec3, LoadError
 
 fn place(plugin: &Plugin) -> Result<Place, LoadError> {
     Ok(Place {
-        latitude: within(plugin, "latitude", 35.6894, -90.0, 90.0)?,
-        longitude: within(plugin, "longitude", 139.6917, -360.0, 360.0)?,
-        timezone: within(plugin, "timezone", 9.0, -24.0, 24.0)?,
+        latitude: plugin.float_within("latitude", -90.0..=90.0, 35.6894)?,
+        longitude: plugin.float_within("longitude", -360.0..=360.0, 139.6917)?,
+        timezone: plugin.float_within("timezone", -24.0..=24.0, 9.0)?,
     })
 }
 
@@ -121,9 +119,9 @@ fn clock(plugin: &Plugin) -> Result<Clock, LoadError> {
         year: whole(plugin, "year", 2010, 1, 9999)?,
         month: whole(plugin, "month", 7, 1, 12)?,
         day: whole(plugin, "day", 10, 1, 31)?,
-        hour: within(plugin, "hour", 15.0, -48.0, 48.0)?,
-        minute: within(plugin, "minute", 0.0, -1e4, 1e4)?,
-        second: within(plugin, "second", 0.0, -1e6, 1e6)?,
+        hour: plugin.float_within("hour", -48.0..=48.0, 15.0)?,
+        minute: plugin.float_within("minute", -1e4..=1e4, 0.0)?,
+        second: plugin.float_within("second", -1e6..=1e6, 0.0)?,
     })
 }
 
@@ -147,28 +145,7 @@ fn aperture(plugin: &Plugin) -> Result<f64, LoadError> {
 }
 
 fn not_negative(plugin: &Plugin, name: &str) -> Result<f64, LoadError> {
-    within(plugin, name, 1.0, 0.0, f64::MAX)
-}
-
-/// A number from `least` to `most`, or `default` if the file gives none.
-fn within(
-    plugin: &Plugin,
-    name: &str,
-    default: f64,
-    least: f64,
-    most: f64,
-) -> Result<f64, LoadError> {
-    match plugin.float_at(name)? {
-        Some((number, at)) if !(least..=most).contains(&number) => {
-            let message = if most == f64::MAX {
-                format!("must be at least {least} and finite, not {number}")
-            } else {
-                format!("must be from {least} to {most}, not {number}")
-            };
-            Err(plugin.parameter_error(at, name, message))
-        }
-        found => Ok(found.map_or(default, |(number, _)| number)),
-    }
+    plugin.float_within(name, 0.0..=f64::MAX, 1.0)
 }
 
 /// A whole number from `least` to `most`, or `default` if the file gives none.
@@ -179,7 +156,7 @@ fn whole(
     least: i32,
     most: i32,
 ) -> Result<i32, LoadError> {
-    let number = within(plugin, name, default.into(), least.into(), most.into())?;
+    let number = plugin.float_within(name, least.into()..=most.into(), default.into())?;
     match plugin.float_at(name)? {
         Some((_, at)) if number.fract() != 0.0 => {
             let message = format!("must be a whole number, not {number}");

@@ -12,6 +12,7 @@
 use glam::DVec3;
 
 use super::Y_INTEGRAL;
+use super::solar_position::elevation;
 use super::tables::{SHAPE_NUMBERS, sky_radiance, sky_shape};
 use crate::numeric::math;
 use crate::radiometry::Rgb;
@@ -33,8 +34,7 @@ impl ClearSky {
     /// `turbidity` in 1..=10 and `albedo` in 0..=1 are moved into these ranges. If the sun is below the
     /// horizon, the sky is black: the model has no twilight.
     pub fn new(turbidity: f64, albedo: Rgb, sun: DVec3) -> Self {
-        // By atan2: an arc sine loses half its digits at the zenith.
-        let elevation = math::atan2(sun.z, math::hypot(sun.x, sun.y));
+        let elevation = elevation(sun);
         if elevation < 0.0 {
             return Self {
                 sun,

@@ -20,9 +20,9 @@ pub mod solar_position;
 pub mod sunlight;
 pub mod tables;
 
+pub use clear_sky::ClearSky;
+pub use solar_position::{Clock, Place, elevation, sun_direction};
+pub use sunlight::sun_irradiance;
+
 /// The integral of the CIE's ȳ \[nm\] (Mitsuba's `CIE_Y_normalization`).
 const Y_INTEGRAL: f64 = 106.750_259_399_414_06;
-
-pub use clear_sky::ClearSky;
-pub use solar_position::{Clock, Place, sun_direction};
-pub use sunlight::sun_irradiance;

@@ -98,3 +98,10 @@ pub fn sun_direction(clock: &Clock, place: &Place) -> DVec3 {
     let (east, north) = math::sin_cos(azimuth);
     DVec3::new(-north * sin, -east * sin, cos)
 }
+
+/// The angle above the horizon \[rad\] of a direction whose z points up.
+///
+/// By atan2: an arc sine loses half its digits at the zenith.
+pub fn elevation(direction: DVec3) -> f64 {
+    math::atan2(direction.z, math::hypot(direction.x, direction.y))
+}

@@ -2,12 +2,24 @@
 
 use super::look::ShareRange;
 use super::texel::DirectTexel;
+use crate::radiometry::Rgb;
 use crate::transport::receiver::Receiver;
 
 /// A texel's irradiance from few points, and the shares of the emitter that these see.
 pub(super) struct Glance {
     pub(super) value: DirectTexel,
     pub(super) passed: ShareRange,
+}
+
+impl Glance {
+    /// A texel that no light can reach.
+    pub(super) const DARK: Self = Self {
+        value: DirectTexel {
+            irradiance: Rgb::BLACK,
+            error: Rgb::BLACK,
+        },
+        passed: ShareRange::NOTHING_SEEN,
+    };
 }
 
 /// True if a texel and its neighbours do not all see the same share of the emitter.

@@ -6,7 +6,6 @@ use super::area::SMOOTH_ERROR;
 use super::environment::is_open;
 use super::glance::{Glance, is_near_edge};
 use super::light::DirectLight;
-use super::look::ShareRange;
 use super::sampled::{REPLICATES, SAMPLES, unseen_part};
 use super::shafts::{Shafts, TexelView, are_simple};
 use super::texel::DirectTexel;
@@ -84,7 +83,7 @@ pub fn direct(
                         None => at.area(texel, radiance, &surface, stream, each),
                     }
                 };
-                let measured = result.by_samples(run, &stream, samples, false, area)?;
+                let measured = result.by_samples(run, None, &stream, samples, false, area)?;
                 result.add(measured);
             }
             Emitter::DirectionalArea { .. } => {
@@ -93,8 +92,17 @@ pub fn direct(
                     let emitter = part.without_size();
                     let measured = if part.has_pattern() {
                         let stream = stream.split(number as u64);
-                        let one = (&emitter, part);
-                        result.by_pattern(run, &stream, samples, one)?
+                        // It ends in an edge, which may cut off less of a texel than samples find.
+                        let patterned =
+                            |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
+                                let window = at.window(texel, part);
+                                if window.as_ref().is_some_and(Window::is_outside) {
+                                    return Glance::DARK;
+                                }
+                                let one = (&emitter, part, window.as_ref());
+                                at.patterned(texel, one, stream, each)
+                            };
+                        result.by_samples(run, Some(part), &stream, samples, false, patterned)?
                     } else {
                         result.by_windows(run, &emitter, part)?
                     };
@@ -108,13 +116,13 @@ pub fn direct(
                         |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
                             at.environment(texel, &light, stream, each, is_open)
                         };
-                    result.by_samples(run, &stream, samples, !is_open, all_round)?
+                    result.by_samples(run, None, &stream, samples, !is_open, all_round)?
                 } else if emitter.slide().is_some() {
                     let thrown =
                         |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
                             at.image(texel, emitter, stream, each)
                         };
-                    result.by_samples(run, &stream, samples, false, thrown)?
+                    result.by_samples(run, None, &stream, samples, false, thrown)?
                 } else {
                     result.by_views(run, emitter)?
                 };
@@ -197,10 +205,7 @@ impl Direct {
         let first = self.by_row(run, Some(part), |at, texel| {
             let window = at.window(texel, part);
             let glance = match &window {
-                Some(window) if window.is_outside() => Glance {
-                    value: DirectTexel::default(),
-                    passed: ShareRange::NOTHING_SEEN,
-                },
+                Some(window) if window.is_outside() => Glance::DARK,
                 Some(window) if window.is_exact && window.is_divided() => {
                     at.through(texel, (emitter, part), window)
                 }
@@ -244,65 +249,32 @@ impl Direct {
     }
 
     /// The mean of samples of every texel, and of `samples` of them where it is hard to measure, or
-    /// `everywhere`. `measure` takes a texel, its stream and the samples of each replicate.
+    /// `everywhere`. `measure` takes a texel, its stream and the samples of each replicate. Light may start
+    /// at a `part`.
     ///
     /// Anything small hides a part of the sky. If only texels whose first samples met it were measured anew,
     /// the others would be too bright on average.
     fn by_samples(
         &mut self,
         run: MeasuredScene,
+        part: Option<&NormalLight>,
         stream: &Stream,
         samples: u32,
         everywhere: bool,
         measure: impl Fn(&mut DirectLight, usize, &Stream, u32) -> Glance + Sync,
     ) -> Option<Vec<DirectTexel>> {
-        let first = self.by_row(run, None, |at, texel| {
+        let first = self.by_row(run, part, |at, texel| {
             measure(at, texel, &stream.split(texel as u64), SAMPLES)
         })?;
         let each = samples / REPLICATES;
         // Points of their own: the first points chose the texels, and this must not bias the second result.
         let again = stream.split(AGAIN);
         let (_, receiver, _) = run;
-        self.by_row(run, None, |at, texel| {
+        self.by_row(run, part, |at, texel| {
             let value = first[texel].value;
             let is_hard = everywhere || is_near_edge(&first, texel, receiver) || is_rough(&value);
             if each > SAMPLES && is_hard {
                 measure(at, texel, &again.split(texel as u64), each).value
-            } else {
-                value
-            }
-        })
-    }
-
-    /// The light of a part that shines along its normals by a texture. It ends in an edge, which may cut off
-    /// less of a texel than samples find.
-    fn by_pattern(
-        &mut self,
-        run: MeasuredScene,
-        stream: &Stream,
-        samples: u32,
-        (emitter, part): (&Emitter, &NormalLight),
-    ) -> Option<Vec<DirectTexel>> {
-        let measure = |at: &mut DirectLight, texel: usize, stream: &Stream, each: u32| {
-            let window = at.window(texel, part);
-            if window.as_ref().is_some_and(Window::is_outside) {
-                return Glance {
-                    value: DirectTexel::default(),
-                    passed: ShareRange::NOTHING_SEEN,
-                };
-            }
-            let one = (emitter, part, window.as_ref());
-            at.patterned(texel, one, &stream.split(texel as u64), each)
-        };
-        let first = self.by_row(run, None, |at, texel| measure(at, texel, stream, SAMPLES))?;
-        let each = (samples / REPLICATES).max(SAMPLES);
-        let again = stream.split(AGAIN);
-        let (_, receiver, _) = run;
-        self.by_row(run, None, |at, texel| {
-            let value = first[texel].value;
-            let is_hard = is_near_edge(&first, texel, receiver) || is_rough(&value);
-            if each > SAMPLES && is_hard {
-                measure(at, texel, &again, each).value
             } else {
                 value
             }
