@@ -1,4 +1,5 @@
-//! Error for the same time, beside Mitsuba: `cargo bench --bench mitsuba -- --all`.
+//! Error for the same time, beside Mitsuba: `cargo bench --bench mitsuba -- --all`, and with `--scenes` over many
+//! scenes of other people.
 //!
 //! Both programs render the same scene file by turns, some seeds each, with as many threads. For each pixel
 //! the variance of one render is the scatter over seeds. The sum of variances times the time of a render is
@@ -25,7 +26,7 @@ use nephroid::internals::reference::photons;
 use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Layer, Progress};
-use nephroid::internals::scene::{Crop, Scene, Sensor};
+use nephroid::internals::scene::{Crop, ReconstructionFilter, Scene, Sensor};
 use support::child::Answering;
 
 const WIDTH: u32 = 40;
@@ -39,8 +40,18 @@ const SAMPLES: u64 = 256;
 /// Photons of each render by light tracing.
 const PHOTONS: u64 = 1 << 19;
 
+/// Samples a pixel, depth and scenes of the comparison over many scenes. CPU time has steps of 10 ms.
+const MANY_SAMPLES: u64 = 512;
+const MANY_DEPTH: u32 = 8;
+const MANY: &str = include_str!("../tests/mitsuba/third_party_quick.txt");
+
 fn main() {
-    if !std::env::args().any(|argument| argument == "--all") {
+    let is_asked = |option: &str| std::env::args().any(|argument| argument == option);
+    if is_asked("--scenes") {
+        over_many_scenes();
+        return;
+    }
+    if !is_asked("--all") {
         println!("skipped: some minutes; cargo bench --bench mitsuba -- --all");
         return;
     }
@@ -74,6 +85,85 @@ fn main() {
         &mut llvm,
         Ours::Light,
     );
+}
+
+/// By how much paths are ahead of Mitsuba's over the scenes of [`MANY`], and the median.
+fn over_many_scenes() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes");
+    if !folder.is_dir() {
+        println!("skipped: there is no folder {}", folder.display());
+        return;
+    }
+    let mut mitsuba = match Mitsuba::start("scalar_rgb") {
+        Ok(mitsuba) => mitsuba,
+        Err(reason) => {
+            println!("skipped: {reason}");
+            return;
+        }
+    };
+    println!(
+        "| scene | relative error ours, theirs | CPU s ours, theirs | variance | time | advantage at equal time |"
+    );
+    println!("|---|--:|--:|--:|--:|--:|");
+    let files = MANY.lines().filter(|line| !line.starts_with('#'));
+    let files = files.filter_map(|line| line.split(" | ").next());
+    let mut found: Vec<[f64; 3]> = files
+        .filter_map(|name| of_one_scene(&folder, name, &mut mitsuba))
+        .collect();
+    for (index, what) in ["variance", "time", "advantage"].into_iter().enumerate() {
+        found.sort_by(|a, b| a[index].total_cmp(&b[index]));
+        let of = |place: usize| found.get(place).map_or(f64::NAN, |it| it[index]);
+        let (middle, last) = (found.len() / 2, found.len().saturating_sub(1));
+        println!(
+            "{what}: median {:.2}, from {:.2} to {:.2}, {} scenes",
+            of(middle),
+            of(0),
+            of(last),
+            found.len()
+        );
+    }
+}
+
+/// Mitsuba's variance, its time, and their product, each by ours.
+fn of_one_scene(folder: &Path, name: &str, mitsuba: &mut Mitsuba) -> Option<[f64; 3]> {
+    let file = folder.join(name);
+    let (mut ours, mut theirs) = (Renders::default(), Renders::default());
+    let scene = mitsuba::load(&file, &[]).ok()?;
+    for seed in 1..=SEEDS {
+        let job = serde_json::json!({
+            "scene": file, "integrator": "path", "max_depth": MANY_DEPTH,
+            "samples": MANY_SAMPLES, "seed": 1_000_003 * seed,
+        });
+        let answer = mitsuba.ask(&job);
+        let Some(rows) = answer["rows"].as_u64() else {
+            println!("| {name} | {} | | | | |", answer["error"]);
+            return None;
+        };
+        theirs.add(Mitsuba::image(&answer));
+        let columns = theirs.images[0].len() as u64 / rows;
+        let mut camera = sized(&scene.sensors()[0], columns as u32, rows as u32);
+        camera.film.filter = ReconstructionFilter::Box;
+        let settings = PathSettings {
+            seed,
+            max_depth: Some(MANY_DEPTH),
+            ..PathSettings::default()
+        };
+        ours.add(timed(|| {
+            image_by_paths(&scene, &camera, settings, MANY_SAMPLES)
+        }));
+    }
+    let all = vec![true; ours.images[0].len()];
+    let [variance, other] = [&ours, &theirs].map(|it| it.relative_variance(&all));
+    let (gain, time) = (other / variance, theirs.seconds / ours.seconds);
+    println!(
+        "| {name} | {:.2} %, {:.2} % | {:.2}, {:.2} | {gain:.2} | {time:.2} | {:.2} |",
+        100.0 * variance.sqrt(),
+        100.0 * other.sqrt(),
+        ours.seconds,
+        theirs.seconds,
+        gain * time
+    );
+    Some([gain, time, gain * time])
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -186,18 +276,19 @@ fn with_matt_ball(file: &Path, folder: &Path) -> PathBuf {
 }
 
 fn small_camera(scene: &Scene) -> Sensor {
-    let mut camera = scene
-        .sensors()
-        .iter()
-        .find(|it| it.id == "camera")
-        .expect("a camera")
-        .clone();
-    (camera.film.width, camera.film.height) = (WIDTH, HEIGHT);
+    let camera = scene.sensors().iter().find(|it| it.id == "camera");
+    sized(camera.expect("a camera"), WIDTH, HEIGHT)
+}
+
+/// The sensor with a film of another size.
+fn sized(sensor: &Sensor, width: u32, height: u32) -> Sensor {
+    let mut camera = sensor.clone();
+    (camera.film.width, camera.film.height) = (width, height);
     camera.film.crop = Crop {
         offset_x: 0,
         offset_y: 0,
-        width: WIDTH,
-        height: HEIGHT,
+        width,
+        height,
     };
     camera
 }
@@ -212,12 +303,18 @@ fn by_paths(scene: &Scene, camera: &Sensor, seed: u64, max_depth: u32) -> Vec<f6
         max_depth: Some(max_depth),
         ..PathSettings::default()
     };
-    let budget = Budget {
-        work: Some(SAMPLES),
-        ..Budget::default()
-    };
-    let found = path::run(scene, camera, settings, &budget, &Progress::default());
-    values(&found.expect("a shipped scene can be rendered").0.total)
+    image_by_paths(scene, camera, settings, SAMPLES)
+}
+
+fn image_by_paths(
+    scene: &Scene,
+    camera: &Sensor,
+    settings: PathSettings,
+    samples: u64,
+) -> Vec<f64> {
+    let (budget, progress) = (Budget::work(samples), Progress::default());
+    let found = path::run(scene, camera, settings, &budget, &progress);
+    values(&found.expect("a scene that loads can be rendered").0.total)
 }
 
 fn by_photons(scene: &Scene, camera: &Sensor, seed: u64) -> Vec<f64> {
@@ -285,8 +382,16 @@ impl Mitsuba {
             "scene": file, "integrator": integrator, "max_depth": DEPTH, "width": WIDTH, "height": HEIGHT,
             "samples": samples, "seed": 1_000_003 * seed,
         });
+        Self::image(&self.ask(&job))
+    }
+
+    fn ask(&mut self, job: &serde_json::Value) -> serde_json::Value {
         self.0.send(&job.to_string());
-        let answer = self.answer().expect("Mitsuba renders a shipped scene");
+        self.answer().expect("Mitsuba answers")
+    }
+
+    /// The image of an answer, and its seconds.
+    fn image(answer: &serde_json::Value) -> (Vec<f64>, f64) {
         let values = answer["values"].as_array().expect("numbers");
         let image = values
             .iter()

@@ -159,6 +159,16 @@ impl Emitter {
         }
     }
 
+    /// The point that shines, in world space.
+    pub fn position(&self) -> Option<DVec3> {
+        match self {
+            Self::Point { position, .. } => Some(*position),
+            Self::Spot { to_world, .. } => Some(to_world.point(DVec3::ZERO)),
+            Self::Projector { slide, .. } => Some(slide.origin()),
+            _ => None,
+        }
+    }
+
     /// The texture by which a shape shines unevenly.
     pub fn texture(&self) -> Option<TextureId> {
         match self {

@@ -1,5 +1,6 @@
 //! Scenes: shapes, materials, emitters and sensors, immutable and validated.
 
+mod absorption;
 mod coincidence;
 mod daylight;
 mod dispersion;
@@ -9,6 +10,7 @@ mod environment;
 mod integrator;
 mod material;
 mod material_check;
+mod medium;
 mod model;
 mod notice;
 mod object;
@@ -30,6 +32,7 @@ pub use emitter::{Emitter, MAX_SHINING_TRIANGLES};
 pub use environment::{Envmap, EnvmapCell, EnvmapError};
 pub use integrator::Integrator;
 pub use material::{Coat, Material, MaterialId, NormalTurn, Roughness};
+pub use medium::{Boundary, Medium, MediumId};
 pub use model::Scene;
 pub use notice::{Ignored, SourcePosition, Warning};
 pub use object::{Object, ShapeId};

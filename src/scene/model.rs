@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Dispersive, Emitter, Ignored, Integrator, Material, MaterialId, Object, SceneError, SceneParts,
-    Sensor, Texture, TextureId, Warning, coincidence, validate,
+    Dispersive, Emitter, Ignored, Integrator, Material, MaterialId, Medium, Object, SceneError,
+    SceneParts, Sensor, Texture, TextureId, Warning, coincidence, validate,
 };
 use crate::geometry::World;
 
@@ -29,6 +29,7 @@ pub struct Scene {
     pub(super) materials: Vec<Material>,
     pub(super) material_ids: Vec<(String, MaterialId)>,
     pub(super) dispersion: Vec<Dispersive>,
+    media: Vec<Medium>,
     textures: Vec<Texture>,
     emitters: Vec<Emitter>,
     sensors: Vec<Sensor>,
@@ -65,6 +66,7 @@ impl Scene {
             materials: parts.materials,
             material_ids: parts.material_ids,
             dispersion: Vec::new(),
+            media: parts.media,
             textures: parts.textures,
             emitters: parts.emitters,
             sensors: parts.sensors,
@@ -132,6 +134,13 @@ impl Scene {
     #[doc(hidden)]
     pub fn dispersion(&self) -> &[Dispersive] {
         &self.dispersion
+    }
+
+    /// The media that absorb light; none unless the file has one.
+    #[inline]
+    #[doc(hidden)]
+    pub fn media(&self) -> &[Medium] {
+        &self.media
     }
 
     /// All textures.

@@ -1,6 +1,6 @@
 //! Names, places and materials of shapes.
 
-use super::{MaterialId, SourcePosition};
+use super::{Boundary, MaterialId, SourcePosition};
 use crate::geometry::Transform;
 
 /// The index of a shape in [`Scene::objects`](super::Scene::objects) and in the
@@ -19,6 +19,8 @@ pub struct Object {
     pub declared_at: SourcePosition,
     /// Its material.
     pub material: MaterialId,
+    /// The media that it bounds, if any.
+    pub boundary: Option<Boundary>,
     /// Its own space to the world's, as the file says; its form is in the world's already.
     pub to_world: Transform,
 }

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::{
-    Emitter, Ignored, Integrator, Material, MaterialId, Object, Sensor, SourcePosition, Texture,
-    Warning,
+    Emitter, Ignored, Integrator, Material, MaterialId, Medium, Object, Sensor, SourcePosition,
+    Texture, Warning,
 };
 use crate::geometry::Shape;
 
@@ -24,6 +24,8 @@ pub struct SceneParts {
     pub materials: Vec<Material>,
     /// The ids of bsdfs that have one, and that a shape uses.
     pub material_ids: Vec<(String, MaterialId)>,
+    /// The media that absorb light; [`MediumId`](super::MediumId) is an index here.
+    pub media: Vec<Medium>,
     /// All textures; [`TextureId`](super::TextureId) is an index here.
     pub textures: Vec<Texture>,
     /// All emitters, in the file's order.

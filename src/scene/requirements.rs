@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Color, Emitter, Material, MaterialId, Object, Scene};
+use super::{Color, Emitter, Material, MaterialId, MediumId, Object, Scene};
 use crate::geometry::Shape;
 
 /// One feature that a scene does or does not need modelled.
@@ -82,6 +82,15 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "no mirror absorbs",
         ),
         item(
+            "absorbing media",
+            &names(scene, |object| {
+                let sides = object.boundary.map(|it| [it.interior, it.exterior]);
+                sides.into_iter().flatten().any(|it| it != MediumId::CLEAR)
+            }),
+            "bounds a medium that absorbs light on its way: for photons and paths",
+            "no medium absorbs",
+        ),
+        item(
             "turned normals",
             &names(scene, |object| {
                 let material = scene.material(object.material);
@@ -142,9 +151,10 @@ pub fn is_achromatic(scene: &Scene) -> bool {
     scene.dispersion().is_empty() && is_grey(scene)
 }
 
-/// True if no emitter and no interface has a colour.
+/// True if no emitter, no interface and no medium has a colour.
 pub fn is_grey(scene: &Scene) -> bool {
     scene.emitters().iter().all(Emitter::is_grey)
+        && scene.media().iter().all(|it| it.absorption.is_grey())
         && scene.objects().iter().all(|object| {
             scene
                 .material(object.material)
@@ -212,6 +222,14 @@ fn colour(scene: &Scene) -> Requirement {
         }
         // Writing to a string cannot fail.
         let _ = write!(reason, "{emitters} coloured emitter(s)");
+    }
+    let media = scene.media().iter();
+    let media = media.filter(|it| !it.absorption.is_grey()).count();
+    if media > 0 {
+        if !reason.is_empty() {
+            reason.push_str("; ");
+        }
+        let _ = write!(reason, "{media} coloured medium(s)");
     }
     if !scene.dispersion().is_empty() {
         if !reason.is_empty() {

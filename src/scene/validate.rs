@@ -3,8 +3,8 @@
 use super::emitter::MAX_SHINING_TRIANGLES;
 use super::material_check::{self, non_negative};
 use super::{
-    Color, Emitter, Material, SceneError, SceneParts, SensorKind, ShapeId, Texture, TextureId,
-    Warning,
+    Color, Emitter, Material, MediumId, SceneError, SceneParts, SensorKind, ShapeId, Texture,
+    TextureId, Warning,
 };
 use crate::geometry::Shape;
 use crate::radiometry::Rgb;
@@ -54,6 +54,7 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
         }
     }
     material_check::attributes(parts)?;
+    check_media(parts, &file)?;
     let known = |shape: &ShapeId| (shape.0 as usize) < parts.shapes.len();
     check_emitters(parts, &file)?;
     let mut shining: Vec<ShapeId> = parts.emitters.iter().filter_map(Emitter::shape).collect();
@@ -91,6 +92,36 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
         }
     }
     Ok(())
+}
+
+/// Checks that media absorb, and that surfaces bound media that are there.
+fn check_media(parts: &SceneParts, file: &super::SourcePosition) -> Result<(), SceneError> {
+    let absorbs = |medium: &&super::Medium| !non_negative(medium.absorption);
+    if let Some(medium) = parts.media.iter().find(absorbs) {
+        return Err(SceneError {
+            at: file.clone(),
+            message: format!(
+                "medium \"{}\": its absorption is {:?}; finite numbers >= 0 are allowed",
+                medium.id, medium.absorption.0
+            ),
+        });
+    }
+    let is_known = |medium: MediumId| medium.index().is_none_or(|it| it < parts.media.len());
+    let bounds_unknown = |object: &&super::Object| {
+        let sides = object.boundary.map(|it| [it.interior, it.exterior]);
+        !sides.into_iter().flatten().all(is_known)
+    };
+    match parts.objects.iter().find(bounds_unknown) {
+        None => Ok(()),
+        Some(object) => Err(SceneError {
+            at: object.declared_at.clone(),
+            message: format!(
+                "shape \"{}\" bounds a medium that is not among the {} there are",
+                object.id,
+                parts.media.len()
+            ),
+        }),
+    }
 }
 
 /// Checks the emitters, one by one.

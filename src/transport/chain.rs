@@ -16,7 +16,7 @@ use super::scatter::{Branch, Interaction, ShadingNormals, Way};
 use super::signature::{Event, MAX_EVENTS, Signature};
 use crate::geometry::{Hit, Ray, Segment, SurfacePoint, TraversalCounters};
 use crate::numeric::Extras;
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, MediumId, Scene};
 
 /// Depth to which chains are followed, and to which they are split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -67,7 +67,8 @@ pub trait ChainSink<const N: usize> {
     fn emitted(&mut self, flux: Flux<N>) {
         let _ = flux;
     }
-    /// `flux` \[W\] travels along a leg: to a surface, or, without an arrival, out of the scene.
+    /// `flux` \[W\] sets out along a leg: to a surface, or, without an arrival, out of the scene. A medium
+    /// may absorb part of it on the way.
     #[inline]
     fn travels(
         &mut self,
@@ -106,6 +107,8 @@ struct Flight<const N: usize> {
     flux: Flux<N>,
     signature: Signature,
     passes: u32,
+    /// The medium that the leg is in.
+    medium: MediumId,
     choices: Extras,
 }
 
@@ -117,6 +120,7 @@ impl<const N: usize> Flight<N> {
             flux: light.flux,
             signature: Signature::DIRECT,
             passes: 0,
+            medium: MediumId::CLEAR,
             choices: light.choices,
         }
     }
@@ -131,6 +135,9 @@ impl<const N: usize> Flight<N> {
     }
 }
 
+/// The place at the end of a leg.
+type Place<'p> = (&'p Hit, &'p SurfacePoint);
+
 /// Legs searched for at a time: shapes are then tried one after the other for all of them. 16 to 128 take
 /// the same time.
 const WAVE: usize = 64;
@@ -143,6 +150,8 @@ pub const MAX_PASSES: u32 = 4096;
 pub struct ChainTracer<'a, const N: usize> {
     scene: &'a Scene,
     settings: ChainSettings,
+    /// True if no medium absorbs.
+    is_clear: bool,
     /// Branches that wait while another is followed.
     pending: Vec<Flight<N>>,
     /// Legs that are searched for together, and what they hit: kept for their memory.
@@ -164,6 +173,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         Self {
             scene,
             settings,
+            is_clear: scene.media().is_empty(),
             pending: Vec::new(),
             wave: Vec::new(),
             segments: Vec::new(),
@@ -258,14 +268,26 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     ) -> Option<Flight<N>> {
         let world = self.scene.world();
         let ray = &flight.ray;
+        let left;
         let Some(hit) = hit else {
             sink.travels(ray, None, flight.signature, flight.flux);
+            let flight = if flight.medium == MediumId::CLEAR {
+                flight
+            } else {
+                left = self.absorb(flight, f64::INFINITY, sink);
+                &left
+            };
             sink.ended(flight.signature, Fate::Escaped, flight.flux);
             return None;
         };
         let point = world.bounce_point(ray, &hit);
-        let end = Some((&hit, &point));
-        sink.travels(ray, end, flight.signature, flight.flux);
+        sink.travels(ray, Some((&hit, &point)), flight.signature, flight.flux);
+        let flight = if flight.medium == MediumId::CLEAR {
+            flight
+        } else {
+            left = self.absorb(flight, hit.distance, sink);
+            &left
+        };
         let arrival = Arrival {
             ray,
             hit: &hit,
@@ -288,18 +310,30 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             return None;
         }
         let events = flight.signature.len();
+        let place = (&hit, &point);
         if flight.passes >= MAX_PASSES {
             sink.ended(flight.signature, Fate::CutOff, flight.flux);
             None
         } else if events >= self.settings.max_depth as usize {
-            self.pass(flight, &interaction, &point, sink)
+            self.pass(flight, &interaction, place, sink)
         } else if is_rough {
-            self.scatter(flight, &hit, &point, sink)
+            self.scatter(flight, place, sink)
         } else if events < self.settings.split_depth as usize {
-            self.follow_all(flight, &interaction, &point, sink)
+            self.follow_all(flight, &interaction, place, sink)
         } else {
-            self.follow_one(flight, &interaction, &point, sink)
+            self.follow_one(flight, &interaction, place, sink)
         }
+    }
+
+    /// The flight at the end of a leg of some `length` within a medium.
+    ///
+    /// Out of line: scenes without media are not to pay for it.
+    #[cold]
+    #[inline(never)]
+    fn absorb(&self, flight: &Flight<N>, length: f64, sink: &mut impl ChainSink<N>) -> Flight<N> {
+        let flux = flight.flux * Flux::of(self.scene.transmittance(flight.medium, length));
+        sink.ended(flight.signature, Fate::Absorbed, flight.flux - flux);
+        Flight { flux, ..*flight }
     }
 
     /// Follows one way, chosen with the probability of its share: it carries all the flux.
@@ -308,13 +342,13 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         &self,
         flight: &Flight<N>,
         interaction: &Interaction,
-        point: &SurfacePoint,
+        place: Place,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         let choice = flight.choice(flight.passes);
         let next = interaction
             .choose(choice)
-            .and_then(|way| self.along(flight, flight.flux, way, interaction, point, sink));
+            .and_then(|way| self.along(flight, flight.flux, way, interaction, place, sink));
         if next.is_none() {
             sink.ended(flight.signature, Fate::Absorbed, flight.flux);
         }
@@ -329,8 +363,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     fn scatter(
         &self,
         flight: &Flight<N>,
-        hit: &Hit,
-        point: &SurfacePoint,
+        (hit, point): Place,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         // No flight has passed so many surfaces: nothing else is chosen by these numbers.
@@ -347,7 +380,8 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             sink.ended(flight.signature, Fate::Absorbed, flight.flux);
             return None;
         };
-        Some(self.leave(flight, flight.flux, &branch, event, point, sink))
+        let place = (hit, point);
+        Some(self.leave(flight, flight.flux, &branch, event, place, sink))
     }
 
     /// Follows every way that light goes.
@@ -356,7 +390,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         &mut self,
         flight: &Flight<N>,
         interaction: &Interaction,
-        point: &SurfacePoint,
+        place: Place,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         let mut last = None;
@@ -365,7 +399,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             let share = interaction.share_of(way);
             if share > 0.0 {
                 let flux = flight.flux * share;
-                if let Some(next) = self.along(flight, flux, way, interaction, point, sink) {
+                if let Some(next) = self.along(flight, flux, way, interaction, place, sink) {
                     rest = rest - flux;
                     self.pending.extend(last.replace(next));
                 }
@@ -383,7 +417,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         &self,
         flight: &Flight<N>,
         interaction: &Interaction,
-        point: &SurfacePoint,
+        place: Place,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         let passed = interaction.share_of(Way::Passed);
@@ -402,7 +436,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         }
         if passed > 0.0 {
             let flux = flight.flux * passed;
-            self.along(flight, flux, Way::Passed, interaction, point, sink)
+            self.along(flight, flux, Way::Passed, interaction, place, sink)
         } else {
             None
         }
@@ -416,11 +450,11 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         flux: Flux<N>,
         way: Way,
         interaction: &Interaction,
-        point: &SurfacePoint,
+        place: Place,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
         let branch = interaction.branch(way)?;
-        Some(self.leave(flight, flux, &branch, way.event(), point, sink))
+        Some(self.leave(flight, flux, &branch, way.event(), place, sink))
     }
 
     /// `flux` of a flight on one branch from its place.
@@ -433,7 +467,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         flux: Flux<N>,
         branch: &Branch<N>,
         event: Option<Event>,
-        point: &SurfacePoint,
+        (hit, point): Place,
         sink: &mut impl ChainSink<N>,
     ) -> Flight<N> {
         let leaving = flux * branch.tint;
@@ -449,6 +483,13 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             flux: leaving,
             signature: event.map_or(flight.signature, |event| flight.signature.then(event)),
             passes: flight.passes + u32::from(event.is_none()),
+            medium: if self.is_clear {
+                MediumId::CLEAR
+            } else {
+                let n = point.geometric_normal;
+                self.scene
+                    .medium_beyond(hit.shape, n, branch.direction, flight.medium)
+            },
             choices: flight.choices,
         }
     }

@@ -1,6 +1,7 @@
 //! Limits of chains in a scene: photons go on from smooth and rough interfaces, all others from smooth ones
 //! only.
 
+use super::media;
 use crate::scene::{Emitter, Material, MaterialId, Object, Scalar, Scene};
 
 /// Reason why chains cannot be followed in a scene.
@@ -25,6 +26,26 @@ pub enum NotFollowed {
         shape: String,
         /// Mitsuba's name of its material, or of that inside a wrapper.
         plugin: &'static str,
+    },
+    /// A medium whose border lets light pass straight on, or that an emitter is in: direct light is absorbed.
+    #[error(
+        "{what} absorbs direct light, {why}: photons measure direct light in the clear; paths from a camera do \
+         not need that"
+    )]
+    AbsorbsDirect {
+        /// The medium, in words.
+        what: String,
+        /// Where it does so.
+        why: String,
+    },
+    /// A medium, to methods that know none.
+    #[error(
+        "medium \"{medium}\" absorbs light on its way: beams, probes and techniques know clear media only; use \
+         --method photons or --method path"
+    )]
+    Absorbs {
+        /// Its id.
+        medium: String,
     },
     /// A surface that shines along its normals.
     #[error(
@@ -70,17 +91,18 @@ pub fn check(scene: &Scene) -> Result<(), NotFollowed> {
     for object in scene.objects() {
         check_material(scene, &object.id, object.material)?;
     }
-    Ok(())
+    check_direct(scene)
 }
 
 /// The same for methods whose light starts in as few dimensions as a point's, and changes with nothing but
-/// its falloff: no environments, no images, no surfaces that shine along their normals.
+/// its falloff: no environments, no images, no surfaces that shine along their normals, no media.
 ///
 /// # Errors
 ///
 /// The first shape or emitter that is not followed.
 pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
     check(scene)?;
+    check_clear(scene)?;
     if let Some((index, plugin)) = emitter(scene, |it| it.slide().is_some()) {
         return Err(NotFollowed::ThrowsImage { index, plugin });
     }
@@ -90,6 +112,46 @@ pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
     match emitter(scene, Emitter::is_environment) {
         Some((index, plugin)) => Err(NotFollowed::AllRound { index, plugin }),
         None => Ok(()),
+    }
+}
+
+/// Fails if a medium absorbs light.
+///
+/// # Errors
+///
+/// The first medium.
+pub fn check_clear(scene: &Scene) -> Result<(), NotFollowed> {
+    match scene.media().first() {
+        None => Ok(()),
+        Some(medium) => Err(NotFollowed::Absorbs {
+            medium: medium.id.clone(),
+        }),
+    }
+}
+
+/// Fails if a medium may absorb light on the straight way between an emitter and a surface.
+fn check_direct(scene: &Scene) -> Result<(), NotFollowed> {
+    if scene.media().is_empty() {
+        return Ok(());
+    }
+    let materials = scene.materials();
+    let is_open = |object: &&Object| {
+        let material = scene.material(object.material);
+        object.boundary.is_some()
+            && (material.is_passed(materials) || material.is_partly_passed(materials))
+    };
+    if let Some(object) = scene.objects().iter().find(is_open) {
+        return Err(NotFollowed::AbsorbsDirect {
+            what: format!("the medium at shape \"{}\"", object.id),
+            why: "as light passes that straight on".to_owned(),
+        });
+    }
+    match media::first_immersed(scene) {
+        None => Ok(()),
+        Some(index) => Err(NotFollowed::AbsorbsDirect {
+            what: format!("the medium around emitter {index}"),
+            why: format!("as the {} shines in it", scene.emitters()[index].plugin()),
+        }),
     }
 }
 

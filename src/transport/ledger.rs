@@ -14,8 +14,8 @@ pub enum Fate {
     Direct,
     /// Left the scene.
     Escaped,
-    /// Absorbed on a surface: a diffuse one, a metal's or filter's share, the back of a mirror. Also if a
-    /// shading normal contradicts the true one.
+    /// Absorbed on a surface or in a medium: a diffuse surface, a metal's or filter's share, the back of a
+    /// mirror. Also if a shading normal contradicts the true one.
     Absorbed,
     /// Followed to the deepest level that the settings allow.
     CutOff,
@@ -61,7 +61,7 @@ pub struct FluxByFate {
     pub direct: Rgb,
     /// Flux that left the scene.
     pub escaped: Rgb,
-    /// Flux absorbed on a surface.
+    /// Flux absorbed on a surface or in a medium.
     pub absorbed: Rgb,
     /// Flux past the deepest level.
     pub cut_off: Rgb,

@@ -10,9 +10,9 @@
 //! scattering of any surface, the second the light that may arrive there. The third names the kinds of paths
 //! that a method finds. [`direct`] measures the light that met nothing specular.
 //!
-//! Beams name rays by their [`first_surface`] and follow the events of a [`fixed_signature`].
-//! [`differentials`] follow the light right beside a ray. Every reference and every approximation is built
-//! from these.
+//! Beams name rays by their [`first_surface`] and follow the events of a [`fixed_signature`]. [`media`]
+//! absorb light between surfaces. [`differentials`] follow the light right beside a ray. Every reference and
+//! every approximation is built from these.
 
 pub mod bsdf;
 pub mod camera;
@@ -29,6 +29,7 @@ pub mod flux;
 pub mod glossy;
 pub mod ledger;
 pub mod lights;
+pub mod media;
 pub mod path_class;
 pub mod path_end;
 pub mod receiver;

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use nephroid::internals::geometry::Shape;
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::scene::{Color, Material, Scalar};
+use nephroid::internals::scene::{Color, Material, MediumId, Scalar};
 
 use crate::support::scene_files::{Folder, assert_close, error, scene};
 
@@ -471,6 +471,114 @@ fn what_no_shape_uses_is_ignored_even_where_it_is_not_modelled() {
     let used = "<medium type=\"homogeneous\" id=\"fog\"/><shape type=\"sphere\">\n<ref name=\"interior\" id=\"fog\"/></shape>";
     assert_eq!(
         error(used),
-        "scene.xml:3:1: medium \"homogeneous\" inside shape \"sphere\": media are not modelled"
+        "scene.xml:2:1: medium \"homogeneous\" scatters light, as its albedo is (0.75, 0.75, 0.75); media may absorb \
+         light, but not scatter it: give a homogeneous medium the albedo 0"
+    );
+}
+
+/// A scene of two shapes; the medium's parameters, and what the first shape holds.
+fn media(parameters: &str, holds: &str) -> String {
+    format!(
+        "<medium type=\"homogeneous\" id=\"ink\">{parameters}</medium>\n\
+         <shape type=\"sphere\">{holds}</shape>\n\
+         <shape type=\"cube\"><ref name=\"exterior\" id=\"ink\"/></shape>"
+    )
+}
+
+const NO_ALBEDO: &str = "<float name=\"albedo\" value=\"0\"/>";
+
+#[test]
+fn media_absorb_by_sigma_t_and_scale() {
+    let interior = "<ref name=\"interior\" id=\"ink\"/>";
+    let absorption = |parameters: &str| {
+        let parts = scene(&media(&format!("{NO_ALBEDO}{parameters}"), interior)).unwrap();
+        assert_eq!(parts.media[0].id, "ink");
+        let [sphere, cube] = [0, 1].map(|shape| parts.objects[shape].boundary.unwrap());
+        // Both shapes bound the same medium, each on its side.
+        assert_eq!(sphere.interior, MediumId::new(0));
+        assert_eq!(sphere.exterior, MediumId::CLEAR);
+        assert_eq!(
+            [cube.exterior, cube.interior],
+            [sphere.interior, sphere.exterior]
+        );
+        parts.media[0].absorption.0
+    };
+    // Mitsuba's default extinction is 1.
+    assert_eq!(absorption(""), [1.0; 3]);
+    assert_eq!(
+        absorption("<float name=\"sigma_t\" value=\"7\"/>"),
+        [7.0; 3]
+    );
+    let colour = "<rgb name=\"sigma_t\" value=\"0.5, 1, 0\"/><float name=\"scale\" value=\"4\"/>";
+    assert_eq!(absorption(colour), [2.0, 4.0, 0.0]);
+    let ignored = "<phase type=\"isotropic\"/><boolean name=\"sample_emitters\" value=\"false\"/>";
+    assert_eq!(absorption(ignored), [1.0; 3]);
+}
+
+#[test]
+fn media_that_are_not_modelled_are_errors_with_the_reason() {
+    let interior = "<ref name=\"interior\" id=\"ink\"/>";
+    for (parameters, expected) in [
+        (
+            "<rgb name=\"albedo\" value=\"0, 0, 0.5\"/>",
+            "scatters light, as its albedo is (0, 0, 0.5)",
+        ),
+        (
+            "<rgb name=\"sigma_t\" value=\"0.5, 2, 0\"/>",
+            "must lie in 0..=1, but is (0.5, 2, 0); \"scale\" multiplies it",
+        ),
+        (
+            "<float name=\"sigma_t\" value=\"-1\"/>",
+            "must not be negative",
+        ),
+        (
+            "<float name=\"scale\" value=\"-1\"/>",
+            "must be at least 0 and finite",
+        ),
+        (
+            "<volume name=\"sigma_t\" type=\"gridvolume\"/>",
+            "must be the same everywhere",
+        ),
+        (
+            "<rgb name=\"sigma_s\" value=\"0\"/>",
+            "has no parameter \"sigma_s\"",
+        ),
+    ] {
+        let albedo = if parameters.contains("albedo") {
+            ""
+        } else {
+            NO_ALBEDO
+        };
+        let message = error(&media(&format!("{albedo}{parameters}"), interior));
+        assert!(message.starts_with("scene.xml:2:"), "{message}");
+        assert!(message.contains(expected), "{message}");
+    }
+    let heterogeneous =
+        "<shape type=\"sphere\"><medium type=\"heterogeneous\" name=\"interior\"/></shape>";
+    let message = error(heterogeneous);
+    assert!(
+        message.contains("medium \"heterogeneous\" is not modelled"),
+        "{message}"
+    );
+    // Mitsuba takes no notice of a medium of another name.
+    for holds in ["<ref id=\"ink\"/>", "<ref name=\"inside\" id=\"ink\"/>"] {
+        let message = error(&media(NO_ALBEDO, holds));
+        assert!(
+            message.contains("neither its \"interior\" nor its \"exterior\""),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn a_medium_around_a_lamp_or_a_camera_is_one_that_shapes_bound() {
+    let lamp = "<emitter type=\"point\"><ref id=\"ink\"/></emitter>";
+    let bounded = media(NO_ALBEDO, "<ref name=\"interior\" id=\"ink\"/>");
+    assert!(scene(&format!("{bounded}{lamp}")).is_ok());
+    let alone = format!("<medium type=\"homogeneous\" id=\"ink\">{NO_ALBEDO}</medium>\n{lamp}");
+    assert_eq!(
+        error(&alone),
+        "scene.xml:2:1: medium \"homogeneous\" is around emitter \"point\", but no shape has it as its interior or \
+         exterior: only media that shapes bound are modelled"
     );
 }

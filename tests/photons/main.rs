@@ -4,6 +4,7 @@
     reason = "oracles and figures of a test, no results"
 )]
 
+mod absorption;
 mod along_normals;
 mod bounds;
 mod closed_form_monte_carlo;

@@ -60,13 +60,13 @@ fn by_paths(scene: &Scene, samples: u64) -> Estimate {
         .0
 }
 
-const LAMP: &str = "<shape type=\"sphere\"><point name=\"center\" x=\"-1\" y=\"1\" z=\"7\"/>\
+pub const LAMP: &str = "<shape type=\"sphere\"><point name=\"center\" x=\"-1\" y=\"1\" z=\"7\"/>\
     <float name=\"radius\" value=\"3\"/>\
     <emitter type=\"area\"><rgb name=\"radiance\" value=\"1\"/></emitter></shape>";
 
 const SKY: &str = "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"1\"/></emitter>";
 
-fn ball(bsdf: &str) -> String {
+pub fn ball(bsdf: &str) -> String {
     format!(
         "<shape type=\"sphere\"><point name=\"center\" x=\"0.2\" y=\"-0.1\" z=\"1.6\"/>{bsdf}</shape>"
     )
@@ -98,7 +98,7 @@ fn metal(alpha: f64, distribution: &str) -> String {
 
 /// Photons and paths of a scene beside each other: the irradiance of each texel. `most` is the largest joint
 /// bar of all texels together, relative to their light.
-fn assert_as_paths(name: &str, elements: &str, most: f64) {
+pub fn assert_as_paths(name: &str, elements: &str, most: f64) {
     let scene = paths::scene(&format!("{elements}{}", floor()));
     // Rough glass keeps some light for long.
     let chains = ChainSettings {

@@ -25,7 +25,7 @@ pub fn read(tree: &Tree, integrator: ObjectIndex) -> Result<Option<Integrator>, 
         }
         // Direct light met one surface, whatever the file says.
         "direct" => Some(2),
-        "path" | "ptracer" | "volpath" => {
+        "path" | "ptracer" | "volpath" | "volpathmis" => {
             let depth = plugin.float_or("max_depth", -1.0)?;
             let is_allowed = depth == -1.0 || (0.0..=f64::from(u32::MAX)).contains(&depth);
             if !is_allowed || depth.fract() != 0.0 {

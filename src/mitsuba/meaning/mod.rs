@@ -13,6 +13,7 @@ mod ignored;
 mod integrator;
 mod ior;
 mod materials;
+mod media;
 mod metals;
 mod plugin;
 mod scene;

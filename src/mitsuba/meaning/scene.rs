@@ -7,12 +7,15 @@ use rayon::prelude::*;
 use super::forms::{self, ShapeForm};
 use super::ignored::IgnoredList;
 use super::materials::Materials;
+use super::media::Media;
 use super::plugin::{Plugin, what};
 use super::{emitters, integrator, sensors};
 use crate::geometry::{Shape, Transform};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Position, Tree, Value, shortened};
+use crate::mitsuba::syntax::{
+    ObjectIndex, ObjectKind, Position, Tree, TreeObject, Value, shortened,
+};
 use crate::scene::{Emitter, Object, SceneParts, Sensor, ShapeId, Warning};
 use crate::setting::did_you_mean;
 
@@ -64,6 +67,7 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         tree,
         files,
         materials: Materials::default(),
+        media: Media::default(),
         ignored: IgnoredList::default(),
         forms: Vec::new(),
         parts: SceneParts {
@@ -87,12 +91,14 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
     if errors.is_empty() {
         // Whether something is used is known only if all could be read.
         errors.extend(reader.note_unused().err());
+        errors.extend(reader.check_surroundings().err());
     }
     if let Some(error) = LoadError::of_all(errors) {
         return Err(error);
     }
     let mut parts = reader.parts;
     parts.materials = reader.materials.list;
+    parts.media = reader.media.list;
     parts.material_ids = reader.materials.ids;
     parts.textures = reader.materials.textures.list;
     parts
@@ -110,6 +116,7 @@ struct SceneReader<'t, 'f> {
     tree: &'t Tree,
     files: &'f mut Files,
     materials: Materials,
+    media: Media,
     ignored: IgnoredList,
     forms: Vec<ShapeForm>,
     /// The parts so far. The integrator is the first that sets limits on paths.
@@ -262,7 +269,8 @@ impl SceneReader<'_, '_> {
                 "is not modelled{hint}; modelled shapes are: {modelled}"
             )));
         };
-        plugin.refuse(ObjectKind::Medium, "media are not modelled")?;
+        let ids = &mut self.ids;
+        let boundary = (self.media).boundary(tree, &plugin, |medium| ids.of(tree, medium, ""))?;
         plugin.float_or("silhouette_sampling_weight", 1.0)?;
         let bsdf = plugin.child(ObjectKind::Bsdf)?;
         let emitter = plugin.child(ObjectKind::Emitter)?;
@@ -300,6 +308,7 @@ impl SceneReader<'_, '_> {
             plugin: name,
             declared_at,
             material,
+            boundary,
             to_world: form.to_world(),
         });
         self.forms.push(form);
@@ -327,6 +336,38 @@ impl SceneReader<'_, '_> {
         Ok(())
     }
 
+    /// Fails if a sensor or an emitter is in a medium that no surface bounds. Of others the surfaces tell
+    /// where they are.
+    fn check_surroundings(&self) -> Result<(), LoadError> {
+        let stands =
+            |object: &&TreeObject| matches!(object.kind, ObjectKind::Sensor | ObjectKind::Emitter);
+        let media = self
+            .tree
+            .objects()
+            .iter()
+            .filter(stands)
+            .flat_map(|object| {
+                let properties = object.properties.iter();
+                properties.filter_map(move |property| match property.value {
+                    Value::Object(medium) => Some((object, medium)),
+                    _ => None,
+                })
+            });
+        let is_unbounded = |medium: ObjectIndex| {
+            self.tree.object(medium).kind == ObjectKind::Medium && !self.media.is_used(medium)
+        };
+        let errors = media.filter(|(_, medium)| is_unbounded(*medium));
+        let errors = errors.map(|(object, medium)| {
+            let message = format!(
+                "is around {}, but no shape has it as its interior or exterior: only media that shapes bound are \
+                 modelled",
+                what(object)
+            );
+            Plugin::new(self.tree, medium).error(message)
+        });
+        LoadError::of_all(errors).map_or(Ok(()), Err)
+    }
+
     /// Notes top-level objects that no shape or sensor refers to.
     fn note_unused(&mut self) -> Result<(), LoadError> {
         for property in &self.tree.root().properties {
@@ -343,6 +384,7 @@ impl SceneReader<'_, '_> {
                 ObjectKind::Bsdf if self.materials.is_used(child) => continue,
                 ObjectKind::Bsdf => "no shape uses it",
                 ObjectKind::Texture if self.materials.textures.is_used(child) => continue,
+                ObjectKind::Medium if self.media.is_used(child) => continue,
                 ObjectKind::Sampler | ObjectKind::Film | ObjectKind::ReconstructionFilter => {
                     "it belongs to no sensor"
                 }

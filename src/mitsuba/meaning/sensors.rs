@@ -101,7 +101,8 @@ fn not_modelled(plugin: &Plugin) -> LoadError {
 
 /// Reads the parameters that all sensors share; samplers and shutters make no difference here.
 fn common(tree: &Tree, plugin: &Plugin) -> Result<Film, LoadError> {
-    plugin.refuse(ObjectKind::Medium, "media are not modelled")?;
+    // The surfaces that bound it tell what is in it.
+    plugin.children(ObjectKind::Medium);
     plugin.children(ObjectKind::Sampler);
     plugin.float_or("shutter_open", 0.0)?;
     plugin.float_or("shutter_close", 0.0)?;

@@ -22,9 +22,8 @@ const WAYS: usize = 128;
 const OF_FACETS: usize = 16;
 const FACETS: std::ops::RangeInclusive<usize> = 4..=64;
 
-/// Most rays and time of one facet or way: a facet may have no end.
+/// Most rays of one facet or way: a facet may have no end.
 const MOST_RAYS: u64 = 1 << 14;
-const LONGEST: Duration = Duration::from_millis(100);
 
 /// Key of the stream of the ways.
 const SEED: u64 = 0x464f_5245_4341;
@@ -133,7 +132,6 @@ impl Passes<'_> {
             let sound = |asked: &[Asked], work: &dyn Fn(&mut [Refiner<'_, N>]) -> Sounding| {
                 let budget = Budget {
                     work: Some(MOST_RAYS),
-                    time: Some(LONGEST),
                     ..Budget::default()
                 };
                 let limit = Limit::new(&budget, self.progress, Instant::now());

@@ -6,10 +6,11 @@ use super::settings::PathSettings;
 use crate::geometry::{Hit, Ray, Segment, SurfacePoint, TraversalCounters};
 use crate::numeric::PaddedStream;
 use crate::radiometry::Rgb;
-use crate::scene::Scene;
+use crate::scene::{MediumId, Scene};
 use crate::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport};
 use crate::transport::camera::PixelRay;
 use crate::transport::lights::Lights;
+use crate::transport::media::{self, medium_along};
 use crate::transport::path_class::{PathClass, PathEvent, PathEvents};
 use crate::transport::visibility::transmittance;
 
@@ -92,6 +93,8 @@ struct Path {
     ray: Ray,
     /// Length of `ray` that is searched for surfaces.
     reach: f64,
+    /// The medium that `ray` is in.
+    medium: MediumId,
     /// Radiance at the camera per radiance that comes along `ray`.
     throughput: Rgb,
     /// The product of all `eta` so far.
@@ -211,6 +214,7 @@ impl<'a> Tracer<'a> {
         let mut path = Path {
             ray: view.ray,
             reach: view.reach,
+            medium: medium_along(self.scene, &view.ray, &mut self.counters),
             throughput: Rgb::WHITE,
             eta: 1.0,
             events: PathEvents::default(),
@@ -235,6 +239,7 @@ impl<'a> Tracer<'a> {
     ) -> bool {
         let world = self.scene.world();
         let Some(hit) = hit else {
+            path.travel(self.scene, f64::INFINITY);
             // An environment is hidden as long as nothing else is seen in that direction.
             if !(self.settings.hide_emitters && path.is_straight) {
                 self.meet_emitter(path, None);
@@ -242,6 +247,7 @@ impl<'a> Tracer<'a> {
             return false;
         };
         let point = world.surface_point(&path.ray, &hit);
+        path.travel(self.scene, hit.distance);
         self.meet_emitter(path, Some(&hit));
         let bsdf = Bsdf::at(self.scene, &hit, &point);
         let wi = -path.ray.direction;
@@ -250,16 +256,18 @@ impl<'a> Tracer<'a> {
             .max_depth
             .is_some_and(|most| path.legs >= most);
         if !is_last {
-            self.sample_emitter(path, &point, &bsdf, numbers.emitter(surface));
+            self.sample_emitter(path, (&hit, &point), &bsdf, numbers.emitter(surface));
         }
         let (choice, roulette) = numbers.surface(surface);
         match bsdf.sample(wi, choice, Transport::Radiance) {
             Some(sample) if sample.scattering == Scattering::Passed => {
                 path.pass(&point, hit.distance);
+                path.enter(self.scene, &hit, &point);
                 true
             }
             Some(sample) if !is_last => {
                 path.scatter(&point, &sample, event(&bsdf, wi, sample.is_delta));
+                path.enter(self.scene, &hit, &point);
                 self.survives(path, roulette)
             }
             _ => false,
@@ -274,7 +282,9 @@ impl<'a> Tracer<'a> {
             match world.closest_hit(&path.ray, path.reach, &mut self.counters) {
                 Some(hit) if self.shines[hit.shape as usize] => {
                     let point = world.bounce_point(&path.ray, &hit);
+                    path.travel(self.scene, hit.distance);
                     path.pass(&point, hit.distance);
+                    path.enter(self.scene, &hit, &point);
                 }
                 _ => return,
             }
@@ -301,7 +311,13 @@ impl<'a> Tracer<'a> {
     }
 
     /// Counts the light of an emitter that is chosen and tested for visibility (next-event estimation).
-    fn sample_emitter(&mut self, path: &mut Path, point: &SurfacePoint, bsdf: &Bsdf, u: [f64; 3]) {
+    fn sample_emitter(
+        &mut self,
+        path: &mut Path,
+        (hit, point): (&Hit, &SurfacePoint),
+        bsdf: &Bsdf,
+        u: [f64; 3],
+    ) {
         let wi = -path.ray.direction;
         let event = event(bsdf, wi, false);
         let class = path.events.then(event).class_at_emitter();
@@ -327,7 +343,16 @@ impl<'a> Tracer<'a> {
             light.reach,
             &mut self.counters,
         );
-        path.radiance[class.index()] += path.throughput * value * light.radiance_over_pdf * passed;
+        let mut found = path.throughput * value * light.radiance_over_pdf * passed;
+        if !self.scene.media().is_empty() && !found.is_black() {
+            let n = point.geometric_normal;
+            let scene = self.scene;
+            let medium = scene.medium_beyond(hit.shape, n, light.direction, path.medium);
+            let (towards, reach) = (light.direction, light.reach);
+            let counters = &mut self.counters;
+            found = found * media::transmittance(scene, point, towards, reach, medium, counters);
+        }
+        path.radiance[class.index()] += found;
     }
 
     /// Russian roulette on a path that was just scattered, as in Mitsuba.
@@ -361,6 +386,23 @@ fn event(bsdf: &Bsdf, wi: DVec3, is_delta: bool) -> PathEvent {
 }
 
 impl Path {
+    /// Goes `distance` through the medium that the ray is in.
+    #[inline]
+    fn travel(&mut self, scene: &Scene, distance: f64) {
+        if self.medium != MediumId::CLEAR {
+            self.throughput = self.throughput * scene.transmittance(self.medium, distance);
+        }
+    }
+
+    /// Sets out into the medium beyond a surface, along its new ray.
+    #[inline]
+    fn enter(&mut self, scene: &Scene, hit: &Hit, point: &SurfacePoint) {
+        if !scene.media().is_empty() {
+            let (n, towards) = (point.geometric_normal, self.ray.direction);
+            self.medium = scene.medium_beyond(hit.shape, n, towards, self.medium);
+        }
+    }
+
     /// Sends the path on, behind a surface that it passes.
     fn pass(&mut self, point: &SurfacePoint, distance: f64) {
         self.ray = point.spawn(self.ray.direction);

@@ -9,6 +9,7 @@ use crate::scene::Scene;
 use crate::transport::bsdf::{Bsdf, Scattering, Transport};
 use crate::transport::camera::Camera;
 use crate::transport::chain::MAX_PASSES;
+use crate::transport::media::medium_along;
 use crate::transport::scatter::ShadingNormals;
 
 /// A point of a scattering surface that the camera sees, directly or by way of mirrors and glass.
@@ -69,6 +70,7 @@ pub fn follow<'a>(
     let view = camera.ray_through(at, lens);
     let beside = [DVec2::X, DVec2::Y].map(|step| camera.ray_through(at + step, lens).ray);
     let (mut ray, mut reach) = (view.ray, view.reach);
+    let mut medium = medium_along(scene, &ray, counters);
     let (mut weight, mut distance) = (Rgb::WHITE, 0.0);
     let (mut events, mut passes) = (0, 0);
     while let Some(hit) = scene.world().closest_hit(&ray, reach, counters) {
@@ -76,6 +78,7 @@ pub fn follow<'a>(
         let bsdf = Bsdf::at(scene, &hit, &point);
         let wi = -ray.direction;
         distance += hit.distance;
+        weight = weight * scene.transmittance(medium, hit.distance);
         let [right, down] = beside.map(|other| other.at(distance) - view.ray.at(distance));
         if !bsdf.is_delta() {
             let seen = VisiblePoint {
@@ -103,6 +106,7 @@ pub fn follow<'a>(
             return;
         }
         ray = point.spawn(sample.wo);
+        medium = scene.medium_beyond(hit.shape, point.geometric_normal, sample.wo, medium);
         // The far plane cuts only surfaces that the camera sees directly.
         reach = f64::INFINITY;
     }

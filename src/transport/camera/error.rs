@@ -47,6 +47,15 @@ pub enum CameraError {
         /// The shape.
         shape: String,
     },
+    /// A medium is around it.
+    #[error(
+        "sensor \"{id}\" is in a medium that absorbs light: light that is connected to a camera comes through \
+         the clear; paths and photon maps see through media"
+    )]
+    InMedium {
+        /// The sensor.
+        id: String,
+    },
     /// Its numbers overflow.
     #[error(
         "sensor \"{id}\": its to_world, field of view and film size give pixels of size {size:e}; \

@@ -6,10 +6,11 @@ use super::diffuse::has_varying_reflectance;
 use super::error::CameraError;
 use super::lens::CameraLens;
 use crate::film::PixelFilter;
-use crate::geometry::{Ray, Transform};
+use crate::geometry::{Ray, Transform, TraversalCounters};
 use crate::numeric::math;
-use crate::scene::{Film, ReconstructionFilter, Scene, Sensor, SensorKind};
+use crate::scene::{Film, MediumId, ReconstructionFilter, Scene, Sensor, SensorKind};
 use crate::transport::bsdf::check_colors;
+use crate::transport::media::medium_along;
 use crate::transport::scatter::ShadingNormals;
 
 /// A camera: a film on which points of the scene are seen.
@@ -107,7 +108,7 @@ impl Camera {
     ///
     /// # Errors
     ///
-    /// For an irradiance meter or a thin lens, for colours that are not known, and as
+    /// For an irradiance meter or a thin lens, within a medium, for colours that are not known, and as
     /// [`of_sensor`](Self::of_sensor).
     pub fn connectable(scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
         let is_refused = matches!(
@@ -121,7 +122,15 @@ impl Camera {
             });
         }
         check_colors(scene)?;
-        Self::of_sensor(sensor)
+        let camera = Self::of_sensor(sensor)?;
+        let view = camera.pixel_ray(camera.center);
+        let medium = medium_along(scene, &view.ray, &mut TraversalCounters::default());
+        if medium != MediumId::CLEAR {
+            return Err(CameraError::InMedium {
+                id: sensor.id.clone(),
+            });
+        }
+        Ok(camera)
     }
 
     /// The camera that a sensor describes, of any kind, with any filter and before any scene.

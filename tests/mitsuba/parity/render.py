@@ -26,6 +26,9 @@ MORE_SAMPLES = {
     "emitter-area-textured": 256,
     "emitter-sunsky-wide": 256,
     "filter-lanczos": 128,
+    "medium-around-camera": 512,
+    "medium-in-glass": 128,
+    "medium-in-nothing": 256,
 }
 
 

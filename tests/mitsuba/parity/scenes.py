@@ -314,6 +314,27 @@ def refraction():
     yield "refraction-out-of-rough-glass", scene(ball(bsdf("roughdielectric", GGX, number("alpha", 0.3))), lamp + SKY)
 
 
+def media():
+    """Light that is absorbed on its way: within glass, behind nothing, and around the camera."""
+    def medium(*inside):
+        return f'<medium type="homogeneous" {inside[0]}>{"".join(inside[1:])}{number("albedo", 0)}</medium>'
+
+    by = integrator("volpathmis", integer("max_depth", 8))
+    ink = (rgb("sigma_t", 0.3, 0.8, 0.5), number("scale", 1.5))
+    yield "medium-in-glass", scene(ball(bsdf("dielectric", number("int_ior", 1.5)) + medium('name="interior"', *ink)), by=by)
+    # Light passes the border straight on; a ball and a lamp are in it.
+    cloud = shape("sphere", number("radius", 1.2), bsdf("null"), medium('name="interior"', *ink))
+    lamp = shape("sphere", number("radius", 0.15), '<point name="center" x="-0.6" y="-0.6" z="0.6"/>', AREA)
+    small = shape("sphere", number("radius", 0.4), bsdf("diffuse", rgb("reflectance", 0.7, 0.6, 0.5)))
+    yield "medium-in-nothing", scene(cloud + lamp + small, by=by)
+    # A bubble of clear air, and a camera that is told what it is in.
+    water = medium('id="water"', rgb("sigma_t", 0.15, 0.05, 0.02))
+    sea = shape("sphere", number("radius", 9), bsdf("dielectric", number("int_ior", 1.33)), '<ref name="interior" id="water"/>')
+    bubble = ball(bsdf("dielectric", number("int_ior", 1.0), number("ext_ior", 1.33)) + '<ref name="exterior" id="water"/>')
+    camera = sensor("perspective", number("fov", 35), '<ref id="water"/>')
+    yield "medium-around-camera", scene(sea + bubble, SKY, camera, by + water)
+
+
 def pretty(name, text):
     root = ET.fromstring(text)
     ET.indent(root)
@@ -321,7 +342,7 @@ def pretty(name, text):
 
 
 def all_scenes():
-    for group in (bsdfs, emitters, sensors, filters, integrators, refraction):
+    for group in (bsdfs, emitters, sensors, filters, integrators, refraction, media):
         yield from group()
 
 

@@ -93,6 +93,7 @@ pub fn scene(shape: Shape, film: Film, emitters: Vec<Emitter>) -> Scene {
             column: 1,
         },
         material: MaterialId(0),
+        boundary: None,
         to_world: Transform::IDENTITY,
     };
     Scene::new(SceneParts {

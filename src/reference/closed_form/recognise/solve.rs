@@ -12,6 +12,7 @@ use crate::geometry::{Shape, TraversalCounters};
 use crate::run::Refusal;
 use crate::run::{Estimate, Layer, LayerName, Progress, Quantity};
 use crate::scene::{Scene, Sensor};
+use crate::transport::chain_limits::check_clear;
 use crate::transport::ledger::Ledger;
 
 /// Settings of the method of closed forms.
@@ -118,6 +119,7 @@ fn recognised(
         light,
         bodies,
     } = contents(scene, sensor)?;
+    check_clear(scene).map_err(|error| Refusal::new(error.to_string()))?;
     let known = configuration(&plane, &light, &bodies)?;
     Ok((plane, known))
 }
