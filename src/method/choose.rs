@@ -11,6 +11,7 @@ use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError, Values};
 use crate::transport::camera::Camera;
 use crate::transport::chain_limits::first_rough;
+use crate::transport::domain::LightSpace;
 
 /// A method, and the reason for which it was chosen.
 ///
@@ -130,7 +131,8 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
     let (best, photons) = (Entry::of("beams")?, Entry::of("photons")?);
     let values = Values::new(best.name(), best.table(), &Given::new())?;
     if let Err(refusal) = best.supports(scene, sensor, &values) {
-        return Ok((photons, format!("beams cannot follow all light: {refusal}")));
+        let other = Entry::of(instead_of_beams(scene, sensor))?;
+        return Ok((other, format!("beams cannot follow all light: {refusal}")));
     }
     if let Some(choice) = of_camera(scene, sensor)? {
         return Ok(choice);
@@ -157,6 +159,17 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
     }
     let reason = format!("no light has a size: beams know {measured} without noise, with bounds");
     Ok((best, reason))
+}
+
+/// The method for light that beams cannot follow. If photons cannot follow it either, paths from the camera
+/// find what they can.
+fn instead_of_beams(scene: &Scene, sensor: &Sensor) -> &'static str {
+    match (LightSpace::new(scene), sensor.is_camera()) {
+        (_, false) => "photons",
+        (Err(_), true) => "path",
+        (Ok(_), true) if Camera::connectable(scene, sensor).is_ok() => "photons",
+        (Ok(_), true) => "photon-map",
+    }
 }
 
 /// The method for a camera that beams cannot fill, and why.

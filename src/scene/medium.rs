@@ -63,6 +63,11 @@ pub struct Boundary {
 }
 
 impl Boundary {
+    /// True if light is absorbed on either side.
+    pub fn absorbs(self) -> bool {
+        [self.interior, self.exterior] != [MediumId::CLEAR; 2]
+    }
+
     /// The medium on the side of the surface to which `direction` points.
     #[inline]
     pub fn beyond(self, geometric_normal: DVec3, direction: DVec3) -> MediumId {

@@ -32,6 +32,7 @@ pub struct Scene {
     media: Vec<Medium>,
     textures: Vec<Texture>,
     emitters: Vec<Emitter>,
+    immersed: Vec<usize>,
     sensors: Vec<Sensor>,
     integrator: Option<Integrator>,
     warnings: Vec<Warning>,
@@ -69,6 +70,7 @@ impl Scene {
             media: parts.media,
             textures: parts.textures,
             emitters: parts.emitters,
+            immersed: parts.immersed,
             sensors: parts.sensors,
             integrator: parts.integrator,
             warnings,
@@ -136,6 +138,13 @@ impl Scene {
         &self.dispersion
     }
 
+    /// True if no medium absorbs.
+    #[inline]
+    #[doc(hidden)]
+    pub fn is_clear(&self) -> bool {
+        self.media.is_empty()
+    }
+
     /// The media that absorb light; none unless the file has one.
     #[inline]
     #[doc(hidden)]
@@ -160,6 +169,13 @@ impl Scene {
     #[doc(hidden)]
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
+    }
+
+    /// The emitters that the file says are in a medium that absorbs, as indices of
+    /// [`emitters`](Self::emitters).
+    #[doc(hidden)]
+    pub fn immersed(&self) -> &[usize] {
+        &self.immersed
     }
 
     /// All sensors, in the file's order.

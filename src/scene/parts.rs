@@ -30,6 +30,8 @@ pub struct SceneParts {
     pub textures: Vec<Texture>,
     /// All emitters, in the file's order.
     pub emitters: Vec<Emitter>,
+    /// The emitters that the file says are in a medium that absorbs, as indices of `emitters`.
+    pub immersed: Vec<usize>,
     /// All sensors, in the file's order.
     pub sensors: Vec<Sensor>,
     /// The limits that the file's integrator sets on paths, if it is one that follows paths.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Color, Emitter, Material, MaterialId, MediumId, Object, Scene};
+use super::{Color, Emitter, Material, MaterialId, Object, Scene};
 use crate::geometry::Shape;
 
 /// One feature that a scene does or does not need modelled.
@@ -84,8 +84,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
         item(
             "absorbing media",
             &names(scene, |object| {
-                let sides = object.boundary.map(|it| [it.interior, it.exterior]);
-                sides.into_iter().flatten().any(|it| it != MediumId::CLEAR)
+                object.boundary.is_some_and(|it| it.absorbs())
             }),
             "bounds a medium that absorbs light on its way: for photons and paths",
             "no medium absorbs",

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::ShapeId;
+use super::{MediumId, ShapeId};
 use crate::film::ReconstructionFilter;
 use crate::geometry::Transform;
 
@@ -26,6 +26,9 @@ pub struct Sensor {
     /// The grid.
     #[doc(hidden)]
     pub film: Film,
+    /// The medium that the file says is around it, if it says any.
+    #[doc(hidden)]
+    pub medium: Option<MediumId>,
 }
 
 /// The quantity that a sensor measures, and the place that it measures from.

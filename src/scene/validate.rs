@@ -96,8 +96,8 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
 
 /// Checks that media absorb, and that surfaces bound media that are there.
 fn check_media(parts: &SceneParts, file: &super::SourcePosition) -> Result<(), SceneError> {
-    let absorbs = |medium: &&super::Medium| !non_negative(medium.absorption);
-    if let Some(medium) = parts.media.iter().find(absorbs) {
+    let is_wrong = |medium: &&super::Medium| !non_negative(medium.absorption);
+    if let Some(medium) = parts.media.iter().find(is_wrong) {
         return Err(SceneError {
             at: file.clone(),
             message: format!(
@@ -256,12 +256,12 @@ fn bent(shape: &Shape) -> Option<&'static str> {
     }
 }
 
-/// Warnings about meshes, given their materials.
+/// Warnings about meshes, given their materials, and about surfaces that bound media.
 ///
 /// Degenerate and doubled faces matter on any surface. Open edges and inward orientation matter if a material
 /// needs to know inside from outside: on a dielectric. The side of vertex normals matters if the mesh shines.
 pub(super) fn mesh_warnings(parts: &SceneParts) -> Vec<Warning> {
-    let mut warnings = Vec::new();
+    let mut warnings = open_borders(parts);
     let shines_at = |index: usize| {
         let is_its_own = |one: &Emitter| one.shape().is_some_and(|shape| shape.0 as usize == index);
         parts.emitters.iter().any(is_its_own)
@@ -292,6 +292,26 @@ pub(super) fn mesh_warnings(parts: &SceneParts) -> Vec<Warning> {
         );
     }
     warnings
+}
+
+/// Warnings about surfaces that bound media and have an edge.
+fn open_borders(parts: &SceneParts) -> Vec<Warning> {
+    let is_open = |shape: &Shape| match shape {
+        Shape::Sphere(_) => false,
+        Shape::Rectangle(_) | Shape::Disk(_) | Shape::Cylinder(_) => true,
+        Shape::Mesh(mesh) => !mesh.border().is_empty(),
+    };
+    let objects = parts.shapes.iter().zip(&parts.objects);
+    let open = objects
+        .filter(|(shape, object)| object.boundary.is_some_and(|it| it.absorbs()) && is_open(shape));
+    open.map(|(_, object)| Warning {
+        at: Some(object.declared_at.clone()),
+        message: format!(
+            "{} \"{}\": bounds a medium and has an edge: light that gets round it is in the wrong medium",
+            object.plugin, object.id
+        ),
+    })
+    .collect()
 }
 
 /// True if a material means different things inside and outside a solid.

@@ -16,7 +16,8 @@ use super::scatter::{Branch, Interaction, ShadingNormals, Way};
 use super::signature::{Event, MAX_EVENTS, Signature};
 use crate::geometry::{Hit, Ray, Segment, SurfacePoint, TraversalCounters};
 use crate::numeric::Extras;
-use crate::scene::{Material, MediumId, Scene};
+use crate::radiometry::Rgb;
+use crate::scene::{Color, Material, MediumId, Scene, TexturePoint};
 
 /// Depth to which chains are followed, and to which they are split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -173,7 +174,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         Self {
             scene,
             settings,
-            is_clear: scene.media().is_empty(),
+            is_clear: scene.is_clear(),
             pending: Vec::new(),
             wave: Vec::new(),
             segments: Vec::new(),
@@ -268,26 +269,18 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     ) -> Option<Flight<N>> {
         let world = self.scene.world();
         let ray = &flight.ray;
-        let left;
+        let absorbed;
         let Some(hit) = hit else {
             sink.travels(ray, None, flight.signature, flight.flux);
-            let flight = if flight.medium == MediumId::CLEAR {
-                flight
-            } else {
-                left = self.absorb(flight, f64::INFINITY, sink);
-                &left
-            };
+            absorbed = self.absorbed(flight, f64::INFINITY, sink);
+            let flight = absorbed.as_ref().unwrap_or(flight);
             sink.ended(flight.signature, Fate::Escaped, flight.flux);
             return None;
         };
         let point = world.bounce_point(ray, &hit);
         sink.travels(ray, Some((&hit, &point)), flight.signature, flight.flux);
-        let flight = if flight.medium == MediumId::CLEAR {
-            flight
-        } else {
-            left = self.absorb(flight, hit.distance, sink);
-            &left
-        };
+        absorbed = self.absorbed(flight, hit.distance, sink);
+        let flight = absorbed.as_ref().unwrap_or(flight);
         let arrival = Arrival {
             ray,
             hit: &hit,
@@ -325,7 +318,17 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         }
     }
 
-    /// The flight at the end of a leg of some `length` within a medium.
+    /// The flight at the end of a leg of some `length` within a medium; `None` in the clear.
+    #[inline]
+    fn absorbed(
+        &self,
+        flight: &Flight<N>,
+        length: f64,
+        sink: &mut impl ChainSink<N>,
+    ) -> Option<Flight<N>> {
+        (flight.medium != MediumId::CLEAR).then(|| self.absorb(flight, length, sink))
+    }
+
     ///
     /// Out of line: scenes without media are not to pay for it.
     #[cold]
@@ -363,9 +366,10 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     fn scatter(
         &self,
         flight: &Flight<N>,
-        (hit, point): Place,
+        place: Place,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
+        let (hit, point) = place;
         // No flight has passed so many surfaces: nothing else is chosen by these numbers.
         let numbers = [0, 1, 2].map(|k| flight.choice(flight.passes + k * (MAX_PASSES + 1)));
         let drawn = glossy::draw(
@@ -380,7 +384,6 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             sink.ended(flight.signature, Fate::Absorbed, flight.flux);
             return None;
         };
-        let place = (hit, point);
         Some(self.leave(flight, flight.flux, &branch, event, place, sink))
     }
 
@@ -453,8 +456,23 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         place: Place,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
-        let branch = interaction.branch(way)?;
+        let value_of = |color: &Color| match color {
+            Color::Constant(value) => *value,
+            _ => self.looked_up(*color, place),
+        };
+        let branch = interaction.branch_tinted(way, value_of)?;
         Some(self.leave(flight, flux, &branch, way.event(), place, sink))
+    }
+
+    /// A factor that varies over its surface.
+    ///
+    /// Out of line: scenes without textured interfaces are not to pay for it.
+    #[cold]
+    #[inline(never)]
+    fn looked_up(&self, color: Color, (hit, point): Place) -> Rgb {
+        let point = self.scene.world().with_uv(*point, hit);
+        self.scene
+            .color(color, &TexturePoint::new(self.scene, hit, &point))
     }
 
     /// `flux` of a flight on one branch from its place.

@@ -18,8 +18,8 @@ pub enum NotFollowed {
     },
     /// A smooth interface whose factors vary over its surface.
     #[error(
-        "shape \"{shape}\" has a {plugin} with a texture: photons, beams and probes need one colour; paths from \
-         a camera do not"
+        "shape \"{shape}\" has a {plugin} with a texture: beams, probes and techniques need one colour; use --method \
+         photons or --method path"
     )]
     VaryingInterface {
         /// The shape.
@@ -29,8 +29,8 @@ pub enum NotFollowed {
     },
     /// A medium whose border lets light pass straight on, or that an emitter is in: direct light is absorbed.
     #[error(
-        "{what} absorbs direct light, {why}: photons measure direct light in the clear; paths from a camera do \
-         not need that"
+        "{what} absorbs direct light, {why}: direct light on a receiver is measured in the clear; a camera sees it \
+         by --method path"
     )]
     AbsorbsDirect {
         /// The medium, in words.
@@ -40,8 +40,8 @@ pub enum NotFollowed {
     },
     /// A medium, to methods that know none.
     #[error(
-        "medium \"{medium}\" absorbs light on its way: beams, probes and techniques know clear media only; use \
-         --method photons or --method path"
+        "medium \"{medium}\" absorbs light on its way: beams, probes, closed forms and techniques know clear media \
+         only; use --method photons or --method path"
     )]
     Absorbs {
         /// Its id.
@@ -88,21 +88,26 @@ pub enum NotFollowed {
 ///
 /// The first shape that light is not followed by.
 pub fn check(scene: &Scene) -> Result<(), NotFollowed> {
-    for object in scene.objects() {
-        check_material(scene, &object.id, object.material)?;
-    }
+    check_masks(scene)?;
     check_direct(scene)
 }
 
+fn check_masks(scene: &Scene) -> Result<(), NotFollowed> {
+    let mut objects = scene.objects().iter();
+    objects.try_for_each(|object| check_material(scene, &object.id, object.material))
+}
+
 /// The same for methods whose light starts in as few dimensions as a point's, and changes with nothing but
-/// its falloff: no environments, no images, no surfaces that shine along their normals, no media.
+/// its falloff: no environments, no images, no surfaces that shine along their normals, no media, no textured
+/// interfaces.
 ///
 /// # Errors
 ///
 /// The first shape or emitter that is not followed.
 pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
-    check(scene)?;
+    check_masks(scene)?;
     check_clear(scene)?;
+    check_even(scene)?;
     if let Some((index, plugin)) = emitter(scene, |it| it.slide().is_some()) {
         return Err(NotFollowed::ThrowsImage { index, plugin });
     }
@@ -112,6 +117,38 @@ pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
     match emitter(scene, Emitter::is_environment) {
         Some((index, plugin)) => Err(NotFollowed::AllRound { index, plugin }),
         None => Ok(()),
+    }
+}
+
+/// Fails if the factors of a smooth interface vary over its surface.
+///
+/// # Errors
+///
+/// The first shape with such an interface.
+pub fn check_even(scene: &Scene) -> Result<(), NotFollowed> {
+    let mut objects = scene.objects().iter();
+    let found = objects.find_map(|object| Some((object, varying(scene, object.material)?)));
+    match found {
+        None => Ok(()),
+        Some((object, plugin)) => Err(NotFollowed::VaryingInterface {
+            shape: object.id.clone(),
+            plugin,
+        }),
+    }
+}
+
+/// The plugin of a smooth interface with a texture: a material, or one that it wraps. Chains end at turned
+/// normals, with any material below them.
+fn varying(scene: &Scene, id: MaterialId) -> Option<&'static str> {
+    match scene.material(id) {
+        material @ (Material::Dielectric { .. }
+        | Material::ThinDielectric { .. }
+        | Material::Conductor { .. }) => {
+            let is_textured = material.colors().any(|color| color.texture().is_some());
+            is_textured.then(|| material.plugin())
+        }
+        Material::Turned { .. } => None,
+        material => material.nested().find_map(|nested| varying(scene, nested)),
     }
 }
 
@@ -131,13 +168,10 @@ pub fn check_clear(scene: &Scene) -> Result<(), NotFollowed> {
 
 /// Fails if a medium may absorb light on the straight way between an emitter and a surface.
 fn check_direct(scene: &Scene) -> Result<(), NotFollowed> {
-    if scene.media().is_empty() {
-        return Ok(());
-    }
     let materials = scene.materials();
     let is_open = |object: &&Object| {
         let material = scene.material(object.material);
-        object.boundary.is_some()
+        object.boundary.is_some_and(|it| it.absorbs())
             && (material.is_passed(materials) || material.is_partly_passed(materials))
     };
     if let Some(object) = scene.objects().iter().find(is_open) {
@@ -176,16 +210,6 @@ fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotF
         } => {
             return Err(NotFollowed::VaryingMask {
                 shape: shape.to_owned(),
-            });
-        }
-        Material::Dielectric { .. }
-        | Material::ThinDielectric { .. }
-        | Material::Conductor { .. }
-            if material.colors().any(|color| color.texture().is_some()) =>
-        {
-            return Err(NotFollowed::VaryingInterface {
-                shape: shape.to_owned(),
-                plugin: material.plugin(),
             });
         }
         // Chains end at turned normals, with any material below them.

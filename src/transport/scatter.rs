@@ -8,7 +8,8 @@ use crate::geometry::SurfacePoint;
 use crate::optics::{
     conductor_reflectance, dielectric_reflectance, reflect, refract, thin_slab_reflectance,
 };
-use crate::scene::{Material, Scene, TexturePoint};
+use crate::radiometry::Rgb;
+use crate::scene::{Color, Material, Scene, TexturePoint};
 
 /// Effect of interpolated normals on the flux that a ray carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -303,15 +304,27 @@ impl<'a> Interaction<'a> {
     }
 
     /// The branch along a way with a share above zero; `None` if the true surface is in its way.
+    ///
+    /// Factors must be the same everywhere: textures are black.
     #[inline]
     pub fn branch<const N: usize>(&self, way: Way) -> Option<Branch<N>> {
+        self.branch_tinted(way, Color::even)
+    }
+
+    /// The same for factors of any kind, which `value_of` looks up.
+    #[inline]
+    pub fn branch_tinted<const N: usize>(
+        &self,
+        way: Way,
+        value_of: impl FnOnce(&Color) -> Rgb,
+    ) -> Option<Branch<N>> {
         match way {
             Way::Passed => Some(Branch {
                 direction: self.direction,
                 tint: Flux::WHITE,
             }),
             Way::Reflected => {
-                let tint = match *self.material {
+                let tint = match self.material {
                     Material::Dielectric {
                         specular_reflectance,
                         ..
@@ -319,18 +332,18 @@ impl<'a> Interaction<'a> {
                     | Material::ThinDielectric {
                         specular_reflectance,
                         ..
-                    } => Flux::of(specular_reflectance.even()),
-                    _ => self.metallic_tint(),
+                    } => Flux::of(value_of(specular_reflectance)),
+                    _ => self.metallic_tint(value_of),
                 };
                 self.checked(reflect(self.direction, self.normal), tint, true)
             }
-            Way::Transmitted => match *self.material {
+            Way::Transmitted => match self.material {
                 Material::Dielectric {
                     specular_transmittance,
                     ..
                 } if self.eta != 1.0 => {
                     let direction = refract(self.direction, self.normal, self.eta)?;
-                    self.checked(direction, Flux::of(specular_transmittance.even()), false)
+                    self.checked(direction, Flux::of(value_of(specular_transmittance)), false)
                 }
                 Material::Dielectric {
                     specular_transmittance,
@@ -341,7 +354,7 @@ impl<'a> Interaction<'a> {
                     ..
                 } => Some(Branch {
                     direction: self.direction,
-                    tint: Flux::of(specular_transmittance.even()),
+                    tint: Flux::of(value_of(specular_transmittance)),
                 }),
                 _ => None,
             },
@@ -365,12 +378,13 @@ impl<'a> Interaction<'a> {
     }
 
     /// The share of each channel that a metal reflects.
-    fn metallic_tint<const N: usize>(&self) -> Flux<N> {
+    #[inline]
+    fn metallic_tint<const N: usize>(&self, value_of: impl FnOnce(&Color) -> Rgb) -> Flux<N> {
         let Material::Conductor {
             eta,
             k,
             specular_reflectance,
-        } = *self.material
+        } = self.material
         else {
             return Flux::BLACK;
         };
@@ -381,7 +395,7 @@ impl<'a> Interaction<'a> {
         } else {
             Flux(std::array::from_fn(reflectance))
         };
-        Flux::of(specular_reflectance.even()) * metal
+        Flux::of(value_of(specular_reflectance)) * metal
     }
 
     /// The branch, unless the true surface is in its way.

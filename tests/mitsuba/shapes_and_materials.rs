@@ -4,7 +4,7 @@
 use glam::DVec3;
 use nephroid::internals::geometry::Shape;
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::scene::{Color, Material, MediumId, Scalar};
+use nephroid::internals::scene::{Color, Material, MediumId, Scalar, Scene};
 
 use crate::support::scene_files::{Folder, assert_close, error, scene};
 
@@ -537,7 +537,7 @@ fn media_that_are_not_modelled_are_errors_with_the_reason() {
         ),
         (
             "<volume name=\"sigma_t\" type=\"gridvolume\"/>",
-            "must be the same everywhere",
+            "must be a float or an rgb, as media are the same everywhere",
         ),
         (
             "<rgb name=\"sigma_s\" value=\"0\"/>",
@@ -571,14 +571,52 @@ fn media_that_are_not_modelled_are_errors_with_the_reason() {
 }
 
 #[test]
-fn a_medium_around_a_lamp_or_a_camera_is_one_that_shapes_bound() {
-    let lamp = "<emitter type=\"point\"><ref id=\"ink\"/></emitter>";
-    let bounded = media(NO_ALBEDO, "<ref name=\"interior\" id=\"ink\"/>");
-    assert!(scene(&format!("{bounded}{lamp}")).is_ok());
-    let alone = format!("<medium type=\"homogeneous\" id=\"ink\">{NO_ALBEDO}</medium>\n{lamp}");
-    assert_eq!(
-        error(&alone),
-        "scene.xml:2:1: medium \"homogeneous\" is around emitter \"point\", but no shape has it as its interior or \
-         exterior: only media that shapes bound are modelled"
+fn lamps_and_cameras_may_say_what_they_are_in() {
+    let film = "<film type=\"hdrfilm\"/>";
+    let parts = scene(&format!(
+        "<medium type=\"homogeneous\" id=\"ink\">{NO_ALBEDO}</medium>\
+         <emitter type=\"point\"/><emitter type=\"point\"><ref id=\"ink\"/></emitter>\
+         <sensor type=\"perspective\">{film}</sensor><sensor type=\"perspective\"><ref id=\"ink\"/>{film}</sensor>"
+    ))
+    .unwrap();
+    // Nothing bounds it: all of the scene is in it.
+    assert_eq!(parts.immersed, [1]);
+    let media: Vec<_> = parts.sensors.iter().map(|it| it.medium).collect();
+    assert_eq!(media, [None, Some(MediumId::new(0))]);
+    let fog = "<medium type=\"homogeneous\" id=\"fog\"/>\n<emitter type=\"point\"><ref id=\"fog\"/></emitter>";
+    let message = error(fog);
+    assert!(
+        message.contains("medium \"homogeneous\" scatters light"),
+        "{message}"
+    );
+}
+
+#[test]
+fn media_with_a_hole_and_integrators_that_ignore_them_are_warned_of() {
+    let warned = |form: &str, integrator: &str| -> Vec<String> {
+        let parts = scene(&format!(
+            "<integrator type=\"{integrator}\"/><shape type=\"{form}\"><medium type=\"homogeneous\" name=\"interior\">\
+             {NO_ALBEDO}</medium></shape>"
+        ))
+        .unwrap();
+        let scene = Scene::new(parts).unwrap();
+        scene
+            .warnings()
+            .iter()
+            .map(|it| it.message.clone())
+            .collect()
+    };
+    assert_eq!(warned("sphere", "volpath"), [""; 0]);
+    assert_eq!(warned("cube", "volpathmis"), [""; 0]);
+    let open = warned("rectangle", "volpath");
+    assert!(
+        open.len() == 1 && open[0].contains("bounds a medium and has an edge"),
+        "{open:?}"
+    );
+    let ignored = warned("sphere", "path");
+    let expected = "Mitsuba's path takes no notice of them";
+    assert!(
+        ignored.len() == 1 && ignored[0].contains(expected),
+        "{ignored:?}"
     );
 }

@@ -1,11 +1,15 @@
 //! Media that absorb light: beside clear ones photon by photon, beside formulas, and beside paths.
 
 use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::full::{Finder, Plan};
+use nephroid::internals::reference::path::PathSettings;
 use nephroid::internals::reference::photon_map::{PhotonMapSettings, run as by_maps};
 use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::run::{Budget, Estimate, LayerName, Progress};
-use nephroid::internals::scene::{Scene, Sensor};
+use nephroid::internals::scene::{Scene, Sensor, is_achromatic, requirements};
 use nephroid::internals::transport::chain::ChainSettings;
+use nephroid::internals::transport::media::first_immersed;
+use nephroid::internals::transport::path_class::PathClass;
 use nephroid::{Context, Method};
 
 use super::metered::{above_a_floor, by_photons, by_photons_with};
@@ -77,14 +81,20 @@ fn all_branches() -> PhotonSettings {
 }
 
 /// The ratio of a layer's texels with ink and without is `of` the channel's absorption.
-fn assert_ratios(signature: &str, with: &Estimate, without: &Estimate, of: impl Fn(f64) -> f64) {
+fn assert_ratios(
+    signature: &str,
+    [with, without]: [&Estimate; 2],
+    absorption: [f64; 3],
+    of: impl Fn(f64) -> f64,
+) {
     let pairs = layer(with, signature)
         .into_iter()
         .zip(layer(without, signature));
     for (texel, (inked, clear)) in pairs.enumerate() {
         for c in 0..3 {
-            assert!(clear.0[c] > 0.0, "{signature}: texel {texel} is lit");
-            let (ratio, expected) = (inked.0[c] / clear.0[c], of(INK[c]));
+            // Of single wavelengths a channel may be below zero.
+            assert!(clear.0[c] != 0.0, "{signature}: texel {texel} is lit");
+            let (ratio, expected) = (inked.0[c] / clear.0[c], of(absorption[c]));
             // Sums are exact but for the quantum of fixed-point numbers, 2^-60 of the whole flux or less; a
             // layer is a thousandth of it, a texel 1/36,000 of the plate's light.
             assert!(
@@ -105,12 +115,39 @@ fn light_that_crosses_a_plate_is_absorbed_by_the_length_of_its_way() {
         // Snell's law: the cosine inside.
         let sine = x / f64::hypot(x, z) / 1.5;
         let way = HEIGHT / (1.0 - sine * sine).sqrt();
-        assert_ratios("LTTD", &with, &without, |ink| (-ink * way).exp());
+        assert_ratios("LTTD", [&with, &without], INK, |ink| (-ink * way).exp());
         // Reflected at the bottom and at the top: three crossings.
-        assert_ratios("LTRRTD", &with, &without, |ink| (-3.0 * ink * way).exp());
+        assert_ratios("LTRRTD", [&with, &without], INK, |ink| {
+            (-3.0 * ink * way).exp()
+        });
         let closure = with.ledger.closure_error().unwrap();
         assert!(closure < 1e-12, "the ledger is off by {closure}");
     }
+}
+
+#[test]
+fn a_grey_medium_is_followed_in_one_channel() {
+    let white = sun([0.0, -1.0]).replace("2, 3, 5", "1, 1, 1");
+    let grey = ink("name=\"interior\"").replace("0.5, 1, 0", "0.6, 0.6, 0.6");
+    let [with, without] = [grey, String::new()].map(|medium| {
+        let scene = floored(&(white.clone() + &plate(1.5, &medium)));
+        assert!(is_achromatic(&scene));
+        by_photons_with(&scene, all_branches(), 1 << 16)
+    });
+    let absorption = [0.9; 3];
+    assert_ratios("LTTD", [&with, &without], absorption, |it| {
+        (-it * HEIGHT).exp()
+    });
+}
+
+#[test]
+fn light_of_single_wavelengths_is_absorbed_channel_by_channel() {
+    let [with, without] = [ink("name=\"interior\""), String::new()].map(|medium| {
+        let scene = floored(&(sun([0.0, -1.0]) + &plate(1.5, &medium)));
+        let scene = scene.with_dispersion(&[("plate", "sf11")]).unwrap();
+        by_photons_with(&scene, all_branches(), 1 << 16)
+    });
+    assert_ratios("LTTD", [&with, &without], INK, |it| (-it * HEIGHT).exp());
 }
 
 #[test]
@@ -297,11 +334,94 @@ fn photons_refuse_media_that_absorb_direct_light() {
         assert!(message.contains(expected), "{message}");
     }
     let scene = from_a_bubble(&medium);
-    let message = refusal("photons", &scene, &scene.sensors()[0]);
+    let camera = &scene.sensors()[0];
+    let message = refusal("photons", &scene, camera);
     assert!(
         message.contains("is in a medium that absorbs light"),
         "{message}"
     );
+    let chosen = Method::choose(&scene, camera).unwrap();
+    assert_eq!(chosen.method.name(), "photon-map");
+}
+
+#[test]
+fn lamps_in_a_medium_are_found() {
+    let medium = ink("name=\"interior\"");
+    let plate = plate(1.5, &medium);
+    let lamp = |kind: &str, at: f64| {
+        format!(
+            "<shape type=\"{kind}\"><transform name=\"to_world\"><scale value=\"0.3\"/>\
+             <translate z=\"{at}\"/></transform><emitter type=\"area\"/></shape>"
+        )
+    };
+    let spot = |at: f64| {
+        format!(
+            "<emitter type=\"spot\"><transform name=\"to_world\"><translate z=\"{at}\"/></transform></emitter>"
+        )
+    };
+    let told = "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"3\"/><ref id=\"ink\"/></emitter>";
+    let ink = ink("id=\"ink\"");
+    for (lamp, is_immersed) in [
+        (spot(0.75), true),
+        (spot(1.25), false),
+        (lamp("rectangle", 0.75), true),
+        (lamp("rectangle", 1.25), false),
+        (lamp("sphere", 3.0), false),
+        (lamp("cube", 0.3), true),
+        // Its top is above the plate, its bottom below, its equator within.
+        (lamp("sphere", 0.75), true),
+        (sun([0.0, -1.0]), false),
+        (format!("{ink}{told}"), true),
+    ] {
+        let scene = floored(&(lamp.clone() + &plate));
+        let found = first_immersed(&scene).is_some();
+        assert_eq!(found, is_immersed, "{lamp}");
+    }
+}
+
+#[test]
+fn a_camera_at_a_border_is_refused_unless_the_file_tells_its_medium() {
+    let film = paths::film(4, 4, paths::BOX);
+    let half_in = |told: &str| {
+        paths::scene(&format!(
+            "{}<shape type=\"cube\"><transform name=\"to_world\"><translate x=\"1\"/></transform>{}\
+             <ref name=\"interior\" id=\"ink\"/></shape><emitter type=\"constant\"/>\
+             <sensor type=\"orthographic\"><float name=\"near_clip\" value=\"0.1\"/>\
+             <transform name=\"to_world\"><scale value=\"0.5\"/>\
+             <lookat origin=\"0, 0, 0\" target=\"0, 1, 0\" up=\"0, 0, 1\"/></transform>{film}{told}</sensor>",
+            ink("id=\"ink\""),
+            dielectric(1.0)
+        ))
+    };
+    let scene = half_in("");
+    let message = refusal("path", &scene, &scene.sensors()[0]);
+    assert!(message.contains("partly in a medium"), "{message}");
+    let scene = half_in("<ref id=\"ink\"/>");
+    assert_eq!(refusal("path", &scene, &scene.sensors()[0]), "");
+}
+
+#[test]
+fn full_takes_photons_for_what_ink_colours() {
+    let film = paths::film(8, 8, paths::BOX);
+    let inked = format!("{}{}", dielectric(1.5), ink("name=\"interior\""));
+    let scene = paths::scene(&format!(
+        "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"2\"/></transform>\
+         <bsdf type=\"diffuse\"/></shape>{}{}{}",
+        ball(&inked),
+        sun([0.0, -1.0]),
+        paths::camera(30.0, &film)
+    ));
+    let settings = PathSettings::default();
+    let plan = Plan::new(&scene, &scene.sensors()[0], &settings).unwrap();
+    assert_eq!(plan.finder(PathClass::Caustic), Finder::Photons);
+    let feature = |name: &str| {
+        let all = requirements(&scene);
+        all.into_iter()
+            .find(|it| it.feature == name)
+            .unwrap()
+            .needed
+    };
+    assert!(feature("absorbing media") && feature("colour"));
 }
 
 #[test]
@@ -309,7 +429,7 @@ fn a_medium_that_absorbs_nothing_changes_no_bit() {
     let scale_0 = ink("name=\"interior\"").replace("1.5", "0");
     let [with, without] = [scale_0, String::new()].map(|medium| {
         let scene = floored(&(sun([1.0, -2.0]) + &plate(1.5, &medium)));
-        assert!(scene.media().is_empty());
+        assert!(scene.is_clear());
         by_photons(&scene, 1 << 14)
     });
     assert_eq!(paths::bits(&with), paths::bits(&without));

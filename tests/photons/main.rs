@@ -24,6 +24,7 @@ mod random;
 mod receiver_meshes;
 mod rough;
 mod statistics;
+mod textured_interfaces;
 mod textured_lamps;
 
 #[path = "../support/mod.rs"]

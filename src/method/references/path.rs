@@ -113,7 +113,7 @@ impl Reference for Path {
         if let Some(reason) = warnings::no_camera(sensor) {
             return Err(Refusal::new(reason));
         }
-        Camera::of_sensor(sensor)?;
+        Camera::of_sensor(sensor)?.within(scene, sensor)?;
         check_colors(scene)?;
         Ok(())
     }

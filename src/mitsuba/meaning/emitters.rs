@@ -114,7 +114,7 @@ fn finish(plugin: Plugin) -> Result<(), LoadError> {
     // The weight changes no expected value, only how often an emitter is sampled. With weight 0, a point or a
     // direction would be dark in Mitsuba.
     plugin.positive_or("sampling_weight", 1.0)?;
-    // The surfaces that bound it tell what is in it.
+    // Read with the scene's media.
     plugin.children(ObjectKind::Medium);
     plugin.finish()
 }

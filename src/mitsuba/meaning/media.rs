@@ -24,7 +24,7 @@ pub struct Media {
 }
 
 impl Media {
-    /// True if a shape bounds the medium.
+    /// True if a shape bounds the medium, or anything says that it is in it.
     pub fn is_used(&self, medium: ObjectIndex) -> bool {
         self.known.contains_key(&medium)
     }
@@ -45,7 +45,7 @@ impl Media {
         if count == 0 {
             return Ok(None);
         }
-        let sides = ["interior", "exterior"].map(|name| named(shape, name));
+        let sides = ["interior", "exterior"].map(|name| named(tree, shape, name));
         if sides.iter().flatten().count() < count {
             let message = "holds a medium that is neither its \"interior\" nor its \"exterior\": \
                            give it one of these names";
@@ -62,7 +62,12 @@ impl Media {
         }))
     }
 
-    fn read(
+    /// The medium at this place of the tree; `id_of` names it.
+    ///
+    /// # Errors
+    ///
+    /// If it scatters light or is not modelled.
+    pub fn read(
         &mut self,
         tree: &Tree,
         index: ObjectIndex,
@@ -87,9 +92,9 @@ impl Media {
 }
 
 /// The medium that a shape holds under a name.
-fn named(shape: &Plugin, name: &str) -> Option<ObjectIndex> {
+fn named(tree: &Tree, shape: &Plugin, name: &str) -> Option<ObjectIndex> {
     match *shape.find(name)?.value {
-        Value::Object(medium) => Some(medium),
+        Value::Object(medium) if tree.object(medium).kind == ObjectKind::Medium => Some(medium),
         _ => None,
     }
 }
@@ -133,7 +138,9 @@ fn coefficient(tree: &Tree, plugin: &Plugin, name: &str) -> Result<Option<Rgb>, 
         Value::Rgb(_) if !plugin.is_old() => Role::Fraction,
         Value::Object(volume) => {
             let volume = what(tree.object(*volume));
-            let message = format!("must be the same everywhere: a float or an rgb, not {volume}");
+            let message = format!(
+                "must be a float or an rgb, as media are the same everywhere, not {volume}"
+            );
             return Err(plugin.parameter_error(found.property.at, name, message));
         }
         _ => Role::Index,

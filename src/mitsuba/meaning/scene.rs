@@ -13,10 +13,8 @@ use super::{emitters, integrator, sensors};
 use crate::geometry::{Shape, Transform};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{
-    ObjectIndex, ObjectKind, Position, Tree, TreeObject, Value, shortened,
-};
-use crate::scene::{Emitter, Object, SceneParts, Sensor, ShapeId, Warning};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Position, Tree, Value, shortened};
+use crate::scene::{Emitter, MediumId, Object, SceneParts, Sensor, ShapeId, Warning};
 use crate::setting::did_you_mean;
 
 /// Largest number of shapes that instances may show in all. Each is a shape of its own here, so that a small
@@ -91,7 +89,6 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
     if errors.is_empty() {
         // Whether something is used is known only if all could be read.
         errors.extend(reader.note_unused().err());
-        errors.extend(reader.check_surroundings().err());
     }
     if let Some(error) = LoadError::of_all(errors) {
         return Err(error);
@@ -105,6 +102,17 @@ pub fn read(tree: &Tree, files: &mut Files) -> Result<Meaning, LoadError> {
         .warnings
         .append(&mut reader.materials.textures.warnings);
     parts.warnings.extend(tree.left_out());
+    let integrator = parts.integrator.as_ref().map(|it| it.plugin.as_str());
+    if let (Some(plugin @ ("path" | "direct" | "ptracer")), false) =
+        (integrator, parts.media.is_empty())
+    {
+        parts.warnings.push(Warning {
+            at: None,
+            message: format!(
+                "media absorb light here; Mitsuba's {plugin} takes no notice of them, and volpath does"
+            ),
+        });
+    }
     parts.ignored = reader.ignored.list;
     Ok(Meaning {
         forms: reader.forms,
@@ -151,14 +159,19 @@ impl SceneReader<'_, '_> {
                     return Err(Plugin::new(tree, child)
                         .error("is a second environment; a scene can have one"));
                 }
-                self.parts.emitters.push(emitter);
-                Ok(())
+                self.emitter(child, emitter)
             }
             ObjectKind::Sensor => {
                 let (kind, film) = sensors::read(tree, child)?;
                 let id = self.ids.of(tree, child, "");
                 self.note_sampler(child);
-                self.parts.sensors.push(Sensor { id, kind, film });
+                let medium = self.around(child)?;
+                self.parts.sensors.push(Sensor {
+                    id,
+                    kind,
+                    film,
+                    medium,
+                });
                 Ok(())
             }
             ObjectKind::Integrator => {
@@ -179,6 +192,14 @@ impl SceneReader<'_, '_> {
             | ObjectKind::ReconstructionFilter
             | ObjectKind::Scene => Ok(()),
         }
+    }
+
+    fn emitter(&mut self, object: ObjectIndex, emitter: Emitter) -> Result<(), LoadError> {
+        if self.around(object)?.is_some_and(|it| it != MediumId::CLEAR) {
+            self.parts.immersed.push(self.parts.emitters.len());
+        }
+        self.parts.emitters.push(emitter);
+        Ok(())
     }
 
     fn note_sampler(&mut self, sensor: ObjectIndex) {
@@ -299,7 +320,7 @@ impl SceneReader<'_, '_> {
             }
             let textures = &mut self.materials.textures;
             let area = emitters::read_area(tree, emitter, id, textures, self.files)?;
-            self.parts.emitters.push(area);
+            self.emitter(emitter, area)?;
         }
         self.meters(&meters, id)?;
         let object_id = self.ids.of(tree, shape, prefix);
@@ -331,41 +352,26 @@ impl SceneReader<'_, '_> {
             }
             let id = self.ids.of(self.tree, *meter, "");
             self.note_sampler(*meter);
-            self.parts.sensors.push(Sensor { id, kind, film });
+            let medium = None;
+            self.parts.sensors.push(Sensor {
+                id,
+                kind,
+                film,
+                medium,
+            });
         }
         Ok(())
     }
 
-    /// Fails if a sensor or an emitter is in a medium that no surface bounds. Of others the surfaces tell
-    /// where they are.
-    fn check_surroundings(&self) -> Result<(), LoadError> {
-        let stands =
-            |object: &&TreeObject| matches!(object.kind, ObjectKind::Sensor | ObjectKind::Emitter);
-        let media = self
-            .tree
-            .objects()
-            .iter()
-            .filter(stands)
-            .flat_map(|object| {
-                let properties = object.properties.iter();
-                properties.filter_map(move |property| match property.value {
-                    Value::Object(medium) => Some((object, medium)),
-                    _ => None,
-                })
-            });
-        let is_unbounded = |medium: ObjectIndex| {
-            self.tree.object(medium).kind == ObjectKind::Medium && !self.media.is_used(medium)
-        };
-        let errors = media.filter(|(_, medium)| is_unbounded(*medium));
-        let errors = errors.map(|(object, medium)| {
-            let message = format!(
-                "is around {}, but no shape has it as its interior or exterior: only media that shapes bound are \
-                 modelled",
-                what(object)
-            );
-            Plugin::new(self.tree, medium).error(message)
-        });
-        LoadError::of_all(errors).map_or(Ok(()), Err)
+    /// The medium that a sensor or an emitter says is around it.
+    fn around(&mut self, object: ObjectIndex) -> Result<Option<MediumId>, LoadError> {
+        let (tree, ids) = (self.tree, &mut self.ids);
+        match Plugin::new(tree, object).child(ObjectKind::Medium)? {
+            None => Ok(None),
+            Some(medium) => (self.media)
+                .read(tree, medium, &mut |it| ids.of(tree, it, ""))
+                .map(Some),
+        }
     }
 
     /// Notes top-level objects that no shape or sensor refers to.

@@ -101,7 +101,7 @@ fn not_modelled(plugin: &Plugin) -> LoadError {
 
 /// Reads the parameters that all sensors share; samplers and shutters make no difference here.
 fn common(tree: &Tree, plugin: &Plugin) -> Result<Film, LoadError> {
-    // The surfaces that bound it tell what is in it.
+    // Read with the scene's media.
     plugin.children(ObjectKind::Medium);
     plugin.children(ObjectKind::Sampler);
     plugin.float_or("shutter_open", 0.0)?;

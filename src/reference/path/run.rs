@@ -61,7 +61,7 @@ impl<'a> Setup<'a> {
         if settings.rr_depth == 0 {
             return Err(SettingError::value("rr-depth", "0", "1 and more").into());
         }
-        let camera = Camera::of_sensor(sensor)?;
+        let camera = Camera::of_sensor(sensor)?.within(scene, sensor)?;
         check_colors(scene)?;
         Ok(Self {
             scene,

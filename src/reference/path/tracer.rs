@@ -10,7 +10,7 @@ use crate::scene::{MediumId, Scene};
 use crate::transport::bsdf::{Bsdf, BsdfSample, Scattering, Transport};
 use crate::transport::camera::PixelRay;
 use crate::transport::lights::Lights;
-use crate::transport::media::{self, medium_along};
+use crate::transport::media;
 use crate::transport::path_class::{PathClass, PathEvent, PathEvents};
 use crate::transport::visibility::transmittance;
 
@@ -214,7 +214,7 @@ impl<'a> Tracer<'a> {
         let mut path = Path {
             ray: view.ray,
             reach: view.reach,
-            medium: medium_along(self.scene, &view.ray, &mut self.counters),
+            medium: view.medium,
             throughput: Rgb::WHITE,
             eta: 1.0,
             events: PathEvents::default(),
@@ -344,13 +344,13 @@ impl<'a> Tracer<'a> {
             &mut self.counters,
         );
         let mut found = path.throughput * value * light.radiance_over_pdf * passed;
-        if !self.scene.media().is_empty() && !found.is_black() {
+        if !self.scene.is_clear() && !found.is_black() {
             let n = point.geometric_normal;
             let scene = self.scene;
             let medium = scene.medium_beyond(hit.shape, n, light.direction, path.medium);
             let (towards, reach) = (light.direction, light.reach);
             let counters = &mut self.counters;
-            found = found * media::transmittance(scene, point, towards, reach, medium, counters);
+            found = found * media::left_on_way(scene, point, towards, reach, medium, counters);
         }
         path.radiance[class.index()] += found;
     }
@@ -397,7 +397,7 @@ impl Path {
     /// Sets out into the medium beyond a surface, along its new ray.
     #[inline]
     fn enter(&mut self, scene: &Scene, hit: &Hit, point: &SurfacePoint) {
-        if !scene.media().is_empty() {
+        if !scene.is_clear() {
             let (n, towards) = (point.geometric_normal, self.ray.direction);
             self.medium = scene.medium_beyond(hit.shape, n, towards, self.medium);
         }

@@ -88,7 +88,9 @@ impl<'a> Setup<'a> {
         }
         check_camera(sensor)?;
         let normals = settings.photons.chains.shading_normals;
-        let target = Target::new(scene, sensor, normals, |_, it| Camera::of_sensor(it))?;
+        let target = Target::new(scene, sensor, normals, |scene, it| {
+            Camera::of_sensor(it)?.within(scene, it)
+        })?;
         check_colors(scene)?;
         let light = LightSpace::aimed(scene, settings.photons.chains.follows_rough)?;
         check_flux(&light)?;

@@ -9,7 +9,6 @@ use crate::scene::Scene;
 use crate::transport::bsdf::{Bsdf, Scattering, Transport};
 use crate::transport::camera::Camera;
 use crate::transport::chain::MAX_PASSES;
-use crate::transport::media::medium_along;
 use crate::transport::scatter::ShadingNormals;
 
 /// A point of a scattering surface that the camera sees, directly or by way of mirrors and glass.
@@ -70,7 +69,7 @@ pub fn follow<'a>(
     let view = camera.ray_through(at, lens);
     let beside = [DVec2::X, DVec2::Y].map(|step| camera.ray_through(at + step, lens).ray);
     let (mut ray, mut reach) = (view.ray, view.reach);
-    let mut medium = medium_along(scene, &ray, counters);
+    let mut medium = view.medium;
     let (mut weight, mut distance) = (Rgb::WHITE, 0.0);
     let (mut events, mut passes) = (0, 0);
     while let Some(hit) = scene.world().closest_hit(&ray, reach, counters) {

@@ -56,6 +56,14 @@ pub enum CameraError {
         /// The sensor.
         id: String,
     },
+    /// Media meet at its film.
+    #[error(
+        "sensor \"{id}\" is partly in a medium that absorbs light: give it a <medium>, or move it off the border"
+    )]
+    AcrossMedia {
+        /// The sensor.
+        id: String,
+    },
     /// Its numbers overflow.
     #[error(
         "sensor \"{id}\": its to_world, field of view and film size give pixels of size {size:e}; \

@@ -31,6 +31,8 @@ pub struct Camera {
     /// Pixels per unit of camera space (on the plane z = 1, for a pinhole); the same along x and y.
     pixels: f64,
     pub(super) shading_normals: ShadingNormals,
+    /// The medium that its views start in.
+    medium: MediumId,
     /// Planes round the region near the film: see [`planes`](Self::planes).
     planes: [[DVec3; 2]; 5],
 }
@@ -56,6 +58,8 @@ pub struct PixelRay {
     pub ray: Ray,
     /// The distance to the far plane: surfaces beyond it are not seen.
     pub reach: f64,
+    /// The medium in which it starts.
+    pub medium: MediumId,
 }
 
 /// A camera's near plane, on which its film is seen.
@@ -122,10 +126,8 @@ impl Camera {
             });
         }
         check_colors(scene)?;
-        let camera = Self::of_sensor(sensor)?;
-        let view = camera.pixel_ray(camera.center);
-        let medium = medium_along(scene, &view.ray, &mut TraversalCounters::default());
-        if medium != MediumId::CLEAR {
+        let camera = Self::of_sensor(sensor)?.within(scene, sensor)?;
+        if camera.medium != MediumId::CLEAR {
             return Err(CameraError::InMedium {
                 id: sensor.id.clone(),
             });
@@ -133,7 +135,36 @@ impl Camera {
         Ok(camera)
     }
 
-    /// The camera that a sensor describes, of any kind, with any filter and before any scene.
+    /// The same camera in the medium around its sensor: that which the file says, else that in which its
+    /// views start, at the corners of its film and in the middle.
+    ///
+    /// # Errors
+    ///
+    /// If a border of media goes through its near plane.
+    pub fn within(self, scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
+        if scene.is_clear() {
+            return Ok(self);
+        }
+        let around = |[x, y]: [f64; 2]| {
+            let at = DVec2::new(x * self.width() as f64, y * self.height() as f64);
+            let ray = self.pixel_ray(at).ray;
+            medium_along(scene, &ray, &mut TraversalCounters::default())
+        };
+        let places = [[0.5, 0.5], [0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]];
+        let media = places.map(around);
+        let medium = match sensor.medium {
+            Some(medium) => medium,
+            None if media == [media[0]; 5] => media[0],
+            None => {
+                return Err(CameraError::AcrossMedia {
+                    id: sensor.id.clone(),
+                });
+            }
+        };
+        Ok(Self { medium, ..self })
+    }
+
+    /// The camera that a sensor describes, of any kind, with any filter and before any scene: in the clear.
     ///
     /// It is for methods that ask each surface's [`Bsdf`](crate::transport::bsdf::Bsdf) for its scattering.
     ///
@@ -171,6 +202,7 @@ impl Camera {
             center: (0.5 - offset) * full - crop,
             pixels: 0.5 * full.x / half_width,
             shading_normals: ShadingNormals::Flux,
+            medium: sensor.medium.unwrap_or_default(),
             planes: [[DVec3::ZERO; 2]; 5],
         };
         for size in [1.0, camera.lens.scale()].map(|scale| scale / camera.pixels) {
@@ -263,6 +295,7 @@ impl Camera {
         PixelRay {
             ray,
             reach: depth * stretch,
+            medium: self.medium,
         }
     }
 

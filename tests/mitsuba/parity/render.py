@@ -27,6 +27,7 @@ MORE_SAMPLES = {
     "emitter-sunsky-wide": 256,
     "filter-lanczos": 128,
     "medium-around-camera": 512,
+    "medium-below-open-water": 1024,
     "medium-in-glass": 128,
     "medium-in-nothing": 256,
 }

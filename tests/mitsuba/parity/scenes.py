@@ -333,6 +333,9 @@ def media():
     bubble = ball(bsdf("dielectric", number("int_ior", 1.0), number("ext_ior", 1.33)) + '<ref name="exterior" id="water"/>')
     camera = sensor("perspective", number("fov", 35), '<ref id="water"/>')
     yield "medium-around-camera", scene(sea + bubble, SKY, camera, by + water)
+    # Nothing but its surface bounds the pool: what the camera says it is in counts.
+    surface = shape("rectangle", to_world('<scale value="3"/><translate z="1.6"/>'), bsdf("null"), '<ref name="interior" id="water"/>')
+    yield "medium-below-open-water", scene(surface + ball(DIFFUSE), LAMP, camera, by + water)
 
 
 def pretty(name, text):

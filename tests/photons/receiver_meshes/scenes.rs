@@ -102,6 +102,7 @@ pub fn scene(shape: Shape, film: Film, emitters: Vec<Emitter>) -> Scene {
         materials: vec![Material::Null],
         emitters,
         sensors: vec![Sensor {
+            medium: None,
             id: "meter".to_owned(),
             kind: SensorKind::IrradianceMeter { shape: ShapeId(0) },
             film,
