@@ -8,6 +8,11 @@
 pub struct WeightedChoice {
     /// The sum of the weights up to and including each one.
     cumulative: Vec<f64>,
+    /// For each of as many equal parts of the total: the first index whose sum is in that part or beyond.
+    /// There is one more part at the end.
+    first_of_part: Vec<u32>,
+    /// Parts by weight.
+    parts: f64,
 }
 
 /// One index chosen at random, and the randomness left over.
@@ -32,7 +37,30 @@ impl WeightedChoice {
                 sum
             })
             .collect();
-        (sum.is_finite() && sum > 0.0).then_some(Self { cumulative })
+        if !sum.is_finite() || sum <= 0.0 {
+            return None;
+        }
+        let count = cumulative.len();
+        let mut choice = Self {
+            cumulative,
+            first_of_part: Vec::with_capacity(count + 2),
+            parts: count as f64 / sum,
+        };
+        for (index, &sum) in choice.cumulative.iter().enumerate() {
+            let beyond = choice.part(sum) + 1;
+            if choice.first_of_part.len() < beyond {
+                choice.first_of_part.resize(beyond, index as u32);
+            }
+        }
+        // Every number below the total is in a part that begins before these.
+        choice.first_of_part.resize(count + 2, count as u32 - 1);
+        Some(choice)
+    }
+
+    /// The part of the total in which a sum is. It never falls where the sum grows, whatever is rounded.
+    #[inline]
+    fn part(&self, sum: f64) -> usize {
+        ((sum * self.parts) as usize).min(self.cumulative.len())
     }
 
     /// The sum of the weights.
@@ -47,7 +75,11 @@ impl WeightedChoice {
     pub fn choose(&self, u: f64) -> Selection {
         let total = self.total();
         let wanted = (u * total).min(total.next_down());
-        let index = self.cumulative.partition_point(|sum| *sum <= wanted);
+        // Sums in earlier parts are smaller than what is wanted, and the first in a later part is larger.
+        let part = self.part(wanted);
+        let [first, last] = [part, part + 1].map(|part| self.first_of_part[part] as usize);
+        let among = &self.cumulative[first..=last];
+        let index = first + among.partition_point(|sum| *sum <= wanted);
         let before = self.before(index);
         let rest = (wanted - before) / (self.cumulative[index] - before);
         Selection {
@@ -113,6 +145,32 @@ mod tests {
         assert!(choice.choose(1.0f64.next_down()).rest < 1.0);
         // Out of range is not out of bounds.
         assert_eq!(choice.choose(1.0).index, 1);
+    }
+
+    #[test]
+    fn the_parts_of_the_total_find_what_a_search_of_all_finds() {
+        let mut weights = vec![1.0, 0.0, 0.0, 1e-9, 7.0, 1e-300];
+        weights.extend((0..500).map(|k| f64::from(k * k % 97) * if k < 250 { 1.0 } else { 1e-6 }));
+        weights.extend([0.0, 0.0]);
+        for weights in [
+            weights,
+            vec![3.0],
+            vec![0.0, 5e-324],
+            vec![1e300, 1.0, 1e300],
+        ] {
+            let choice = WeightedChoice::new(weights.iter().copied()).unwrap();
+            let total = choice.total();
+            let near = choice.cumulative.iter().flat_map(|sum| {
+                let u = sum / total;
+                [u.next_down(), u, u.next_up()]
+            });
+            let even = (0..10_000).map(|step| f64::from(step) / 10_000.0);
+            for u in even.chain(near).filter(|u| (0.0..1.0).contains(u)) {
+                let wanted = (u * total).min(total.next_down());
+                let expected = choice.cumulative.partition_point(|sum| *sum <= wanted);
+                assert_eq!(choice.choose(u).index, expected, "{u}");
+            }
+        }
     }
 
     #[test]
