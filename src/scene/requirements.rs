@@ -100,6 +100,15 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "no principled material has metal or glass",
         ),
         item(
+            "blends",
+            &names(scene, |object| {
+                let is_blend = |material: &Material| matches!(material, Material::Blend { .. });
+                contains(scene, object.material, &is_blend)
+            }),
+            "blends materials: chains go on from its mirrors and glass, not from its rough parts",
+            "no material is a blend",
+        ),
+        item(
             "partial masks",
             &names(scene, |object| {
                 contains(

@@ -26,6 +26,33 @@ pub enum NotFollowed {
         /// Mitsuba's name of its material, or of that inside a wrapper.
         plugin: &'static str,
     },
+    /// A blend with a mirror or glass, of a weight that varies.
+    #[error(
+        "shape \"{shape}\" has a blendbsdf with a mirror or glass, whose weight is a texture: photons, beams and \
+         probes need one number; paths from a camera do not"
+    )]
+    VaryingBlend {
+        /// The shape.
+        shape: String,
+    },
+    /// A blend of materials that refract light in several directions.
+    #[error(
+        "shape \"{shape}\" has a blendbsdf of several materials that transmit light without blur: photons, beams \
+         and probes follow one; paths from a camera follow all"
+    )]
+    BlendedGlass {
+        /// The shape.
+        shape: String,
+    },
+    /// A blend with a mirror or glass, for methods that start from cells of light.
+    #[error(
+        "shape \"{shape}\" has a blendbsdf with a mirror or glass: beams, probes and techniques need a surface \
+         that is one or the other; use --method photons or --method path"
+    )]
+    BlendedInterface {
+        /// The shape.
+        shape: String,
+    },
     /// A surface that shines along its normals.
     #[error(
         "emitter {index} ({plugin}) shines along the normals of a surface: beams, probes and techniques start at \
@@ -74,13 +101,15 @@ pub fn check(scene: &Scene) -> Result<(), NotFollowed> {
 }
 
 /// The same for methods whose light starts in as few dimensions as a point's, and changes with nothing but
-/// its falloff: no environments, no images, no surfaces that shine along their normals.
+/// its falloff: no environments, no images, no surfaces that shine along their normals. Nor may light that
+/// goes on be a share of a surface's, in a blend.
 ///
 /// # Errors
 ///
 /// The first shape or emitter that is not followed.
 pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
     check(scene)?;
+    check_blends(scene)?;
     if let Some((index, plugin)) = emitter(scene, |it| it.slide().is_some()) {
         return Err(NotFollowed::ThrowsImage { index, plugin });
     }
@@ -89,6 +118,24 @@ pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
     }
     match emitter(scene, Emitter::is_environment) {
         Some((index, plugin)) => Err(NotFollowed::AllRound { index, plugin }),
+        None => Ok(()),
+    }
+}
+
+/// Fails if a shape blends a smooth interface with another material.
+///
+/// # Errors
+///
+/// The first such shape.
+pub fn check_blends(scene: &Scene) -> Result<(), NotFollowed> {
+    let is_one = |object: &&Object| {
+        let material = scene.material(object.material);
+        material.is_blended_interface(scene.materials())
+    };
+    match scene.objects().iter().find(is_one) {
+        Some(object) => Err(NotFollowed::BlendedInterface {
+            shape: object.id.clone(),
+        }),
         None => Ok(()),
     }
 }
@@ -126,6 +173,20 @@ fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotF
                 plugin: material.plugin(),
             });
         }
+        Material::Blend { weight, .. } if material.is_specular(scene.materials()) => {
+            if weight.texture().is_some() {
+                return Err(NotFollowed::VaryingBlend {
+                    shape: shape.to_owned(),
+                });
+            }
+            let mut glasses = Vec::new();
+            add_glasses(scene, id, &mut glasses);
+            if glasses.len() > 1 {
+                return Err(NotFollowed::BlendedGlass {
+                    shape: shape.to_owned(),
+                });
+            }
+        }
         // Chains end at turned normals, with any material below them.
         Material::Turned { .. } => return Ok(()),
         _ => {}
@@ -133,6 +194,21 @@ fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotF
     material
         .nested()
         .try_for_each(|nested| check_material(scene, shape, nested))
+}
+
+/// Adds the materials of a blend that transmit light without blur, each once.
+fn add_glasses(scene: &Scene, id: MaterialId, glasses: &mut Vec<MaterialId>) {
+    match scene.material(id) {
+        Material::Dielectric { .. } | Material::ThinDielectric { .. } => {
+            if !glasses.contains(&id) {
+                glasses.push(id);
+            }
+        }
+        Material::Turned { .. } => {}
+        material => material
+            .nested()
+            .for_each(|nested| add_glasses(scene, nested, glasses)),
+    }
 }
 
 /// Warnings for methods that follow light along specular chains only.
@@ -144,8 +220,8 @@ pub fn left_out(scene: &Scene) -> Vec<String> {
     left_out_where(scene, Material::is_rough_interface, reason)
 }
 
-/// The same for photons, which go on from rough interfaces, but neither where a texture turns the normal nor
-/// from `principled`.
+/// The same for photons, which go on from rough interfaces, but neither where a texture turns the normal, nor
+/// from `principled`, nor from a rough part of a blend.
 pub fn left_out_by_photons(scene: &Scene) -> Vec<String> {
     let reason = "photons do not go on where a texture turns the normal";
     let mut warnings = left_out_where(scene, Material::is_turned_interface, reason);
@@ -155,6 +231,9 @@ pub fn left_out_by_photons(scene: &Scene) -> Vec<String> {
         Material::is_principled_interface,
         reason,
     ));
+    let reason = "photons do not go on from the rough parts of a blendbsdf, but from its conductor, dielectric and \
+                  thindielectric";
+    warnings.extend(left_out_where(scene, Material::is_blended_gloss, reason));
     warnings
 }
 
@@ -188,12 +267,6 @@ fn left_out_where(
 /// Warnings for methods that connect light on diffuse surfaces to a camera: surfaces that scatter light in
 /// another way look black.
 pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
-    let is_rough = |material: &Material| {
-        matches!(
-            material,
-            Material::RoughConductor { .. } | Material::RoughDielectric { .. }
-        )
-    };
     let shapes = scattering(scene, |material| {
         is_rough(material) || is_coated_or_turned(material)
     });
@@ -206,9 +279,25 @@ pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
     )]
 }
 
-/// The shapes that scatter light in another way than diffuse ones, but for bare rough interfaces.
+/// The shapes that scatter light in another way than diffuse ones, but for rough interfaces that are no part
+/// of a blend.
 pub fn unseen_but_rough(scene: &Scene) -> Vec<String> {
-    scattering(scene, is_coated_or_turned)
+    let all = scene.materials();
+    scattering(scene, |material| {
+        is_coated_or_turned(material) || material.is_blended_gloss(all)
+    })
+}
+
+fn is_rough(material: &Material) -> bool {
+    matches!(
+        material,
+        Material::RoughConductor { .. } | Material::RoughDielectric { .. }
+    )
+}
+
+/// True if any part of a material scatters light in another way than diffuse ones.
+pub(super) fn is_unseen(scene: &Scene, id: MaterialId) -> bool {
+    any(scene, id, &|it| is_rough(it) || is_coated_or_turned(it))
 }
 
 /// What reflects by more than a matt surface or one interface: coats, `principled`, and turned normals.
@@ -218,6 +307,7 @@ fn is_coated_or_turned(material: &Material) -> bool {
         Material::Plastic(_)
             | Material::RoughPlastic { .. }
             | Material::Principled(_)
+            | Material::PrincipledThin(_)
             | Material::Turned { .. }
     )
 }

@@ -8,7 +8,8 @@ use crate::geometry::SurfacePoint;
 use crate::optics::{
     conductor_reflectance, dielectric_reflectance, reflect, refract, thin_slab_reflectance,
 };
-use crate::scene::{Material, Scene, TexturePoint};
+use crate::radiometry::Rgb;
+use crate::scene::{Material, Scalar, Scene, TexturePoint};
 
 /// Effect of interpolated normals on the flux that a ray carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -84,7 +85,7 @@ pub struct Interaction<'a> {
     point: &'a SurfacePoint,
     direction: DVec3,
     shading_normals: ShadingNormals,
-    /// The material inside masks, on the side that light meets.
+    /// The material inside masks, on the side that light meets; of a blend, the part that transmits, if any.
     material: &'a Material,
     /// The shading normal on the side light arrives from; zero if nothing needs it.
     normal: DVec3,
@@ -94,6 +95,8 @@ pub struct Interaction<'a> {
     shares: [f64; 3],
     /// The share that meets a rough interface; no way leads on from it.
     rough: f64,
+    /// Of a blend, its parts' shares with their tints, by [`Way`].
+    blended: Option<[Rgb; 3]>,
 }
 
 impl<'a> Interaction<'a> {
@@ -130,11 +133,12 @@ impl<'a> Interaction<'a> {
             eta: 1.0,
             shares: [0.0; 3],
             rough: 0.0,
+            blended: None,
         };
         match material {
             // The commonest end of a chain.
             Material::Diffuse { .. } => {}
-            Material::Mask { .. } | Material::TwoSided { .. } => {
+            Material::Mask { .. } | Material::TwoSided { .. } | Material::Blend { .. } => {
                 interaction.unwrap((scene, materials), material, front);
             }
             _ => interaction.share(material, front, 1.0),
@@ -155,14 +159,7 @@ impl<'a> Interaction<'a> {
         loop {
             match *material {
                 Material::Mask { opacity, nested } => {
-                    // Chains are refused if an opacity varies (see `LightSpace`), so `uv` is not used.
-                    let opacity = scene.scalar(
-                        opacity,
-                        &TexturePoint {
-                            uv: self.point.uv,
-                            mesh: None,
-                        },
-                    );
+                    let opacity = self.scalar(scene, opacity);
                     passed += weight * (1.0 - opacity);
                     weight *= opacity;
                     material = &materials[nested.0 as usize];
@@ -179,13 +176,77 @@ impl<'a> Interaction<'a> {
                 _ => break,
             }
         }
-        let coated = both_sides
-            && matches!(
-                material,
-                Material::Conductor { .. } | Material::RoughConductor { .. }
-            );
-        self.share(material, front || coated, weight);
+        if let Material::Blend { .. } = material {
+            self.blended = Some([Rgb::BLACK; 3]);
+            self.blend((scene, materials), material, (front, both_sides), weight);
+        } else {
+            self.share(material, front || (both_sides && is_coat(material)), weight);
+        }
         self.shares[Way::Passed as usize] += passed;
+    }
+
+    /// A number of a material. Chains are refused if it varies (see `LightSpace`), so `uv` is not used.
+    fn scalar(&self, scene: &Scene, scalar: Scalar) -> f64 {
+        let uv = self.point.uv;
+        scene.scalar(scalar, &TexturePoint { uv, mesh: None })
+    }
+
+    /// Shares out `weight` of the light among the parts of a blend. They reflect light one way; one part at
+    /// most transmits it.
+    fn blend(
+        &mut self,
+        (scene, materials): (&'a Scene, &'a [Material]),
+        material: &'a Material,
+        (front, both_sides): (bool, bool),
+        weight: f64,
+    ) {
+        match *material {
+            Material::Blend {
+                weight: second,
+                nested,
+            } => {
+                let second = self.scalar(scene, second);
+                for (id, share) in nested.into_iter().zip([1.0 - second, second]) {
+                    let part = &materials[id.0 as usize];
+                    let sides = (front, both_sides);
+                    self.blend((scene, materials), part, sides, weight * share);
+                }
+            }
+            Material::TwoSided {
+                front: of_front,
+                back,
+            } => {
+                let side = if front { of_front } else { back };
+                let part = &materials[side.0 as usize];
+                self.blend((scene, materials), part, (front, true), weight);
+            }
+            _ => {
+                let mut part = Self {
+                    shares: [0.0; 3],
+                    blended: None,
+                    ..*self
+                };
+                part.share(material, front || (both_sides && is_coat(material)), weight);
+                self.add(&part);
+            }
+        }
+    }
+
+    /// Adds a part of a blend.
+    fn add(&mut self, part: &Self) {
+        for way in [Way::Reflected, Way::Transmitted] {
+            let share = part.share_of(way);
+            if share > 0.0 {
+                self.normal = part.normal;
+                self.shares[way as usize] += share;
+                if let Some(blended) = &mut self.blended {
+                    blended[way as usize] += part.tint::<3>(way).rgb() * share;
+                }
+                if way == Way::Transmitted {
+                    (self.material, self.eta) = (part.material, part.eta);
+                }
+            }
+        }
     }
 
     /// Shares out `weight` of the light at a plain material. `front` is true if light arrives on the side
@@ -238,9 +299,11 @@ impl<'a> Interaction<'a> {
             | Material::Plastic(_)
             | Material::RoughPlastic { .. }
             | Material::Principled(_)
+            | Material::PrincipledThin(_)
             | Material::Turned { .. }
             | Material::Mask { .. }
-            | Material::TwoSided { .. } => {}
+            | Material::TwoSided { .. }
+            | Material::Blend { .. } => {}
         }
     }
 
@@ -311,40 +374,54 @@ impl<'a> Interaction<'a> {
                 tint: Flux::WHITE,
             }),
             Way::Reflected => {
-                let tint = match *self.material {
-                    Material::Dielectric {
-                        specular_reflectance,
-                        ..
-                    }
-                    | Material::ThinDielectric {
-                        specular_reflectance,
-                        ..
-                    } => Flux::of(specular_reflectance.even()),
-                    _ => self.metallic_tint(),
-                };
-                self.checked(reflect(self.direction, self.normal), tint, true)
+                let direction = reflect(self.direction, self.normal);
+                self.checked(direction, self.tint(way), true)
             }
             Way::Transmitted => match *self.material {
-                Material::Dielectric {
-                    specular_transmittance,
-                    ..
-                } if self.eta != 1.0 => {
+                Material::Dielectric { .. } if self.eta != 1.0 => {
                     let direction = refract(self.direction, self.normal, self.eta)?;
-                    self.checked(direction, Flux::of(specular_transmittance.even()), false)
+                    self.checked(direction, self.tint(way), false)
                 }
-                Material::Dielectric {
-                    specular_transmittance,
-                    ..
-                }
-                | Material::ThinDielectric {
-                    specular_transmittance,
-                    ..
-                } => Some(Branch {
+                Material::Dielectric { .. } | Material::ThinDielectric { .. } => Some(Branch {
                     direction: self.direction,
-                    tint: Flux::of(specular_transmittance.even()),
+                    tint: self.tint(way),
                 }),
                 _ => None,
             },
+        }
+    }
+
+    /// The factor that filters and metals put on the flux along a way with a share above zero.
+    #[inline]
+    fn tint<const N: usize>(&self, way: Way) -> Flux<N> {
+        if let Some(blended) = &self.blended {
+            return Flux::of(blended[way as usize] / self.share_of(way));
+        }
+        match (way, self.material) {
+            (Way::Passed, _) => Flux::WHITE,
+            (
+                Way::Reflected,
+                Material::Dielectric {
+                    specular_reflectance: filter,
+                    ..
+                }
+                | Material::ThinDielectric {
+                    specular_reflectance: filter,
+                    ..
+                },
+            )
+            | (
+                Way::Transmitted,
+                Material::Dielectric {
+                    specular_transmittance: filter,
+                    ..
+                }
+                | Material::ThinDielectric {
+                    specular_transmittance: filter,
+                    ..
+                },
+            ) => Flux::of(filter.even()),
+            _ => self.metallic_tint(),
         }
     }
 
@@ -407,4 +484,12 @@ impl<'a> Interaction<'a> {
         }
         Some(Branch { direction, tint })
     }
+}
+
+/// True of what a two-sided material has on both of its sides.
+fn is_coat(material: &Material) -> bool {
+    matches!(
+        material,
+        Material::Conductor { .. } | Material::RoughConductor { .. }
+    )
 }
