@@ -5,6 +5,7 @@
 )]
 
 mod along_normals;
+mod blends;
 mod bounds;
 mod closed_form_monte_carlo;
 mod closed_form_scenes;

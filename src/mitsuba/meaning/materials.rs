@@ -282,6 +282,12 @@ impl Materials {
         let diff_trans = self
             .textures
             .scalar(tree, plugin, "diff_trans", 0.0, files)?;
+        if let (Scalar::Constant(number), Some(found)) = (diff_trans, plugin.find("diff_trans"))
+            && number > 2.0
+        {
+            let message = format!("must lie in 0..=2, but is {number}");
+            return Err(plugin.parameter_error(found.property.at, "diff_trans", message));
+        }
         let mut share = |name, default| self.textures.share(tree, plugin, name, default, files);
         let roughness = share("roughness", 0.5)?;
         let mut part = |name| share(name, 0.0);

@@ -52,8 +52,8 @@ fn diffuse_side<'a>(
             }
             Material::Blend { nested, .. } => {
                 let is_seen = |id: &MaterialId| !is_unseen(scene, *id);
-                let is_diffuse = nested.iter().all(is_seen)
-                    && nested.iter().any(|id| has_diffuse(scene, *id));
+                let is_diffuse =
+                    nested.iter().all(is_seen) && nested.iter().any(|id| has_diffuse(scene, *id));
                 return is_diffuse.then_some(DiffuseSide::Blend);
             }
             _ => return None,
