@@ -159,7 +159,14 @@ impl<'a> Interaction<'a> {
         loop {
             match *material {
                 Material::Mask { opacity, nested } => {
-                    let opacity = self.scalar(scene, opacity);
+                    // Chains are refused if an opacity varies (see `LightSpace`), so `uv` is not used.
+                    let opacity = scene.scalar(
+                        opacity,
+                        &TexturePoint {
+                            uv: self.point.uv,
+                            mesh: None,
+                        },
+                    );
                     passed += weight * (1.0 - opacity);
                     weight *= opacity;
                     material = &materials[nested.0 as usize];
@@ -178,24 +185,18 @@ impl<'a> Interaction<'a> {
         }
         if let Material::Blend { .. } = material {
             self.blended = Some([Rgb::BLACK; 3]);
-            self.blend((scene, materials), material, (front, both_sides), weight);
+            self.blend(materials, material, (front, both_sides), weight);
         } else {
             self.share(material, front || (both_sides && is_coat(material)), weight);
         }
         self.shares[Way::Passed as usize] += passed;
     }
 
-    /// A number of a material. Chains are refused if it varies (see `LightSpace`), so `uv` is not used.
-    fn scalar(&self, scene: &Scene, scalar: Scalar) -> f64 {
-        let uv = self.point.uv;
-        scene.scalar(scalar, &TexturePoint { uv, mesh: None })
-    }
-
     /// Shares out `weight` of the light among the parts of a blend. They reflect light one way; one part at
     /// most transmits it.
     fn blend(
         &mut self,
-        (scene, materials): (&'a Scene, &'a [Material]),
+        materials: &'a [Material],
         material: &'a Material,
         (front, both_sides): (bool, bool),
         weight: f64,
@@ -205,11 +206,14 @@ impl<'a> Interaction<'a> {
                 weight: second,
                 nested,
             } => {
-                let second = self.scalar(scene, second);
+                // Chains are refused if it varies and matters (see `LightSpace`).
+                let Scalar::Constant(second) = second else {
+                    return;
+                };
                 for (id, share) in nested.into_iter().zip([1.0 - second, second]) {
                     let part = &materials[id.0 as usize];
                     let sides = (front, both_sides);
-                    self.blend((scene, materials), part, sides, weight * share);
+                    self.blend(materials, part, sides, weight * share);
                 }
             }
             Material::TwoSided {
@@ -218,7 +222,7 @@ impl<'a> Interaction<'a> {
             } => {
                 let side = if front { of_front } else { back };
                 let part = &materials[side.0 as usize];
-                self.blend((scene, materials), part, (front, true), weight);
+                self.blend(materials, part, (front, true), weight);
             }
             _ => {
                 let mut part = Self {

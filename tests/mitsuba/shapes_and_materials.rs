@@ -572,6 +572,26 @@ fn blends_that_cannot_be_say_what_to_write_instead() {
         let message = material(&bsdf).unwrap_err();
         assert!(message.contains(expected), "{message}");
     }
+    // Blends that share their parts hold many in few lines: 2⁶ are taken, 2⁷ not, and none of 2⁶⁰ takes its time.
+    let shared = |levels: usize| {
+        let of = |level: usize| {
+            let part = format!("<ref id=\"{}\"/>", level - 1);
+            blend(&format!("{half}{part}{part}")).replacen(
+                "<bsdf ",
+                &format!("<bsdf id=\"{level}\" "),
+                1,
+            )
+        };
+        let all: String = (1..=levels).map(of).collect();
+        scene(&format!(
+            "<bsdf type=\"diffuse\" id=\"0\"/>{all}<shape type=\"sphere\"><ref id=\"{levels}\"/></shape>"
+        ))
+    };
+    assert!(shared(6).is_ok());
+    for levels in [7, 60] {
+        let message = shared(levels).unwrap_err();
+        assert!(message.contains("holds 128 materials"), "{message}");
+    }
     // These mean something.
     for bsdf in [
         blend(&format!("{half}{both}{both}")),

@@ -440,6 +440,8 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
          <bsdf type=\"dielectric\"/></bsdf></shape>"
     );
     let mirror = blended("0.6, 0.3, -0.5", 0.4, MATT, "<bsdf type=\"conductor\"/>");
+    let gloss = "<bsdf type=\"roughconductor\"/>";
+    let gloss = blended("0.6, 0.3, -0.5", 0.4, MATT, gloss);
     let weight = "<texture name=\"weight\" type=\"checkerboard\"/>";
     let painted = mirror.replace("<float name=\"weight\" value=\"0.6\"/>", weight);
     let board = "<shape type=\"sphere\"><emitter type=\"area\"><texture type=\"checkerboard\" name=\"radiance\"/>\
@@ -526,6 +528,8 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
             Path,
             &["\"blended\" has a blendbsdf with a mirror or glass, whose weight is a texture"],
         ),
+        (FLOOR, &[FROSTED, LAMP], Photons, Path, &[]),
+        (FLOOR, &[FROSTED, &gloss, LAMP], PhotonMap, Path, &[]),
     ] {
         let scene = room(&film(4, 4, BOX), floor, more);
         let plan = plan(&scene);

@@ -271,6 +271,31 @@ fn a_blend_is_as_bright_as_its_parts_in_their_shares() {
 }
 
 #[test]
+fn samples_of_a_blend_have_the_density_of_all_of_its_parts() {
+    let case = "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.3\"/><bsdf type=\"diffuse\"/>\
+        <bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.3\"/></bsdf></bsdf>";
+    let surface = Surface::square(case, DVec2::splat(0.5));
+    let bsdf = surface.bsdf();
+    let (wi, stream) = (direction(40.0, 25.0), Stream::new(StreamKind::Sobol, 3));
+    let mut counts = [0; 2];
+    for index in 0..256 {
+        let [a, b, c, _] = stream.point4(index);
+        for mode in [Transport::Radiance, Transport::Flux] {
+            let Some(sample) = bsdf.sample(wi, [a, b, c], mode) else {
+                continue;
+            };
+            counts[usize::from(sample.scattering == Scattering::Diffuse)] += 1;
+            let density = bsdf.pdf_solid_angle(wi, sample.wo);
+            let weight = bsdf.eval(wi, sample.wo, mode).0[0] / density;
+            // Some roundings, amplified by the slope of the lobe: by 100 at most.
+            assert!((sample.pdf_solid_angle / density - 1.0).abs() < 1e-12);
+            assert!((sample.weight.0[0] / weight - 1.0).abs() < 1e-12);
+        }
+    }
+    assert!(counts.into_iter().min() > Some(100), "{counts:?}");
+}
+
+#[test]
 fn lossless_smooth_interfaces_keep_all_flux_in_every_sample() {
     let eta = 1.5046 / 1.000277;
     for (case, scales) in [

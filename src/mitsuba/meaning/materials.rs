@@ -40,6 +40,9 @@ const MODELLED: [&str; 16] = [
 /// The reflectance of `diffuse` if the file gives none, and of a shape without a bsdf.
 const DEFAULT_REFLECTANCE: f64 = 0.5;
 
+/// Most plain materials in a blend and the blends in it: each is evaluated by itself, and blends may share them.
+const MAX_BLENDED: usize = 64;
+
 /// Mitsuba's roughness if the file gives none.
 const DEFAULT_ALPHA: f64 = 0.1;
 
@@ -342,8 +345,24 @@ impl Materials {
             (_, Material::Mask { .. }, _) | (_, _, Material::Mask { .. }) => Err(plugin.error(
                 "cannot hold a mask: blend what the mask holds, and put the mask around the blendbsdf",
             )),
-            _ => Ok(Material::Blend { weight, nested }),
+            _ => {
+                let count: usize = nested.into_iter().map(|part| self.count(part)).sum();
+                if count > MAX_BLENDED {
+                    let message = format!(
+                        "holds {count} materials, with those of blends in it; at most {MAX_BLENDED} are allowed"
+                    );
+                    return Err(plugin.error(message));
+                }
+                Ok(Material::Blend { weight, nested })
+            }
         }
+    }
+
+    /// The number of plain materials in a material.
+    fn count(&self, id: MaterialId) -> usize {
+        let nested = self.list[id.0 as usize].nested();
+        let count: usize = nested.map(|part| self.count(part)).sum();
+        count.max(1)
     }
 
     /// The weight of a blend, which Mitsuba brings to 0..=1.

@@ -147,8 +147,10 @@ impl<'a> Here<'a, '_> {
         let Material::Blend { weight, nested } = material else {
             return layers.push(self.layer(material, wrappers));
         };
-        // Also 0 if it is not a number.
-        let weight = self.scalar(*weight).max(0.0).min(1.0);
+        let weight = match self.scalar(*weight) {
+            number if number.is_nan() => 0.0,
+            number => number.clamp(0.0, 1.0),
+        };
         for (id, share) in [(nested[1], weight), (nested[0], 1.0 - weight)] {
             if share > 0.0 {
                 let wrappers = Unwrapped {
