@@ -67,8 +67,8 @@ pub(super) fn matt_shape(
     diffuse + retro + (flat - diffuse - retro) * flatness
 }
 
-/// The glow at grazing angles: its f with strength 1, from white to the base's hue.
-pub(super) fn sheen(base_color: Rgb, tint: f64, cos_d: f64) -> Rgb {
+/// The glow at grazing angles: its f, from white to the base's hue.
+pub(super) fn sheen(base_color: Rgb, tint: f64, strength: f64, cos_d: f64) -> Rgb {
     let tint = Rgb::WHITE + (hue(base_color) - Rgb::WHITE) * tint;
-    tint * schlick_weight(cos_d.abs())
+    tint * (strength * schlick_weight(cos_d.abs()))
 }

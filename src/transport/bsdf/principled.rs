@@ -201,7 +201,7 @@ impl PrincipledLobe {
         let shape = matt_shape([pair.wi.z, cos_o], cos_d, self.roughness, self.flatness);
         let base = self.base_color * (self.base() * FRAC_1_PI * shape);
         let strength = self.sheen * (1.0 - self.metallic);
-        let sheen = sheen(self.base_color, self.sheen_tint, cos_d) * strength;
+        let sheen = sheen(self.base_color, self.sheen_tint, strength, cos_d);
         (base + sheen) * cos_o
     }
 

@@ -131,7 +131,7 @@ impl PrincipledThinLobe {
         let cos_o = pair.wo.z;
         let cos_d = pair.m.dot(pair.wo);
         let shape = matt_shape([pair.wi.z, cos_o], cos_d, self.roughness, self.flatness);
-        let sheen = sheen(self.base_color, self.sheen_tint, cos_d) * self.sheen;
+        let sheen = sheen(self.base_color, self.sheen_tint, self.sheen, cos_d);
         (self.base_color * (FRAC_1_PI * shape) + sheen) * cos_o
     }
 
