@@ -372,7 +372,7 @@ fn rough_materials_say_what_they_need() {
         (
             "principledthin",
             "<float name=\"eta\" value=\"0\"/>",
-            "eta is 0",
+            "must be above 0, not 0",
         ),
         (
             "roughplastic",

@@ -141,14 +141,13 @@ fn a_camera_sees_what_the_matt_parts_of_a_blend_reflect() {
     ] {
         assert_light(&floor, &all(&seen(&floor)), all(&mixed).into_iter());
     }
-    // Beside a mirror there is less, and the mirror itself shows no light that is connected.
+    // Beside a mirror there is its share. Photons start towards the floor, too: this is another estimate, of which
+    // 2¹⁶ photons know some per cent.
     let found = all(&seen(&blend(0.25, &one, TINTED)));
     let three_quarters = all(&seen(&matt("0.6, 0.3, 0.15")));
     let lit: f64 = found.iter().sum();
     let expected: f64 = three_quarters.iter().sum();
-    // The floor's mirror sends a little more to the ball and back: light of the floor alone is less.
-    assert!(lit >= expected * (1.0 - 1e-9), "{lit} {expected}");
-    assert!(lit <= expected * 1.5, "{lit} {expected}");
+    assert!((lit / expected - 1.0).abs() < 0.1, "{lit} {expected}");
 }
 
 fn refusal(scene: &Scene, method: &str) -> Option<String> {
@@ -175,7 +174,7 @@ fn blends_that_light_cannot_follow_are_refused_or_warned_of_by_name() {
         ),
         (
             mixed,
-            "caustic-map",
+            "caustics-volume",
             Some("\"plate\" has a blendbsdf with a mirror"),
         ),
         (

@@ -299,7 +299,7 @@ impl Materials {
             roughness,
             anisotropic: part("anisotropic")?,
             spec_trans: part("spec_trans")?,
-            eta: plugin.float_or("eta", 1.5)?,
+            eta: plugin.positive_or("eta", 1.5)?,
             spec_tint: part("spec_tint")?,
             sheen: part("sheen")?,
             sheen_tint: part("sheen_tint")?,

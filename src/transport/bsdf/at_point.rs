@@ -93,7 +93,7 @@ impl<'a> Bsdf<'a> {
     /// Its integral over the sphere is the probability that `sample` chooses such a lobe. That is below 1 if
     /// there are delta lobes or passing light beside it, or if some choices lead nowhere.
     ///
-    /// Both transports sample alike, except for flux if a texture turns the normal:
+    /// Both transports sample alike, except for flux if a texture turns the normal, or at a thin sheet:
     /// [`BsdfSample::pdf_solid_angle`] is always the density of the sample.
     pub fn pdf_solid_angle(&self, wi: DVec3, wo: DVec3) -> f64 {
         let [wi, wo] = [wi, wo].map(|w| self.frame.to_local(w));
@@ -124,9 +124,7 @@ impl<'a> Bsdf<'a> {
         let local = self.frame.to_local(wi);
         match mode {
             Transport::Radiance => self.sample_radiance(wi, local, u).map(|(sample, _)| sample),
-            Transport::Flux if self.has_turned_density(local) => {
-                self.sample_turned_flux(wi, local, u)
-            }
+            Transport::Flux if self.has_gaps(local) => self.sample_flux_all_round(wi, local, u),
             Transport::Flux => {
                 let (sample, view) = self.sample_radiance(wi, local, u)?;
                 let weight = if sample.is_delta {
@@ -139,11 +137,11 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    /// True if a texture turns the normal of what a path from `local`, in the shading frame, meets, and
-    /// directions there have a density.
-    fn has_turned_density(&self, local: DVec3) -> bool {
+    /// True if light from `local`, in the shading frame, goes on along directions to which no sample for
+    /// radiance leads: see [`Self::sample_flux_all_round`].
+    fn has_gaps(&self, local: DVec3) -> bool {
         let mut layers = self.layers(local.z).all().iter();
-        layers.any(|it| it.turned.is_some() && !it.lobe.is_delta())
+        layers.any(|it| it.turned.is_some() && !it.lobe.is_delta() || it.lobe.is_lopsided())
     }
 
     /// A direction, and the layer that sent the path there. `local` is `wi` in the shading frame.
@@ -181,7 +179,8 @@ impl<'a> Bsdf<'a> {
     ///
     /// A turned normal that faces away from the viewer is turned back towards him. So light from `wi` also
     /// goes on to viewers that the normal as seen from `wi` faces away from. That normal never samples them.
-    fn sample_turned_flux(&self, wi: DVec3, local: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+    /// Facets of a thin sheet are seen from one end of a path and not from the other, at grazing angles.
+    fn sample_flux_all_round(&self, wi: DVec3, local: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let opacity = 1.0 - self.passed;
         let own = 2.0 * u[0];
         let mut sample = if own < 1.0 {

@@ -48,6 +48,12 @@ impl Lobe<'_> {
         matches!(self, Self::RoughDielectric(_) | Self::RoughConductor(_))
     }
 
+    /// True if light goes on from one direction to another, and by the same lobe none the other way round.
+    #[inline]
+    pub fn is_lopsided(&self) -> bool {
+        matches!(self, Self::PrincipledThin(sheet) if sheet.spec_trans > 0.0)
+    }
+
     /// f |cos θₒ| of all lobes but delta lobes.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         match self {
