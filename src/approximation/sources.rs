@@ -4,7 +4,7 @@ use crate::geometry::Bounds;
 use crate::numeric::math;
 use crate::run::Refusal;
 use crate::scene::{Emitter, Material, Scene};
-use crate::transport::chain_limits::{check_clear, check_even};
+use crate::transport::chain_limits::{check_blends, check_clear, check_even};
 use crate::transport::first_surface::Source;
 
 /// The lights of a scene, which must all be points or directions that shine evenly; `technique` names the
@@ -13,10 +13,11 @@ use crate::transport::first_surface::Source;
 /// # Errors
 ///
 /// If a medium absorbs light, an interface has a texture, an emitter has a size or throws an image, or none
-/// shines.
+/// shines; if a mirror or glass is part of a blend.
 pub fn sources(scene: &Scene, technique: &str) -> Result<Vec<Source>, Refusal> {
     check_clear(scene)
         .and_then(|()| check_even(scene))
+        .and_then(|()| check_blends(scene))
         .map_err(|error| Refusal::new(error.to_string()))?;
     let mut shining = scene
         .emitters()

@@ -12,6 +12,9 @@ pub fn normal_cdf(x: f64) -> f64 {
 
 /// The x with Φ(x) = `probability`; infinite at 0 and 1.
 pub fn normal_quantile(probability: f64) -> f64 {
+    if probability == 0.5 {
+        return 0.0;
+    }
     // Exact above one half, by Sterbenz' lemma.
     let tail = probability.min(1.0 - probability);
     let mut x = normal_quantile_estimate(probability).abs();
@@ -316,6 +319,28 @@ mod tests {
         assert_eq!(normal_quantile(0.5), 0.0);
         assert_eq!(normal_quantile(0.0), f64::NEG_INFINITY);
         assert_eq!(normal_quantile(1.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn normal_quantiles_are_those_that_halving_finds() {
+        let even = (1..1000).map(|k| f64::from(k) / 1000.0);
+        let tails = (1..320).map(|k| math::powi(10.0, -k));
+        let above = [0.5 + 1e-12, 0.5 - 1e-12, 1.0 - f64::EPSILON];
+        for p in even.chain(tails).chain(above) {
+            let (found, expected) = (normal_quantile(p), quantile(p, |x| normal_cdf(-x)));
+            // The density is steep in the tails: x is as uncertain as the rounding of erfc's argument, and near
+            // the middle as that of a probability near one half.
+            let allowed = 8.0 * f64::EPSILON * (1.0 + expected.abs());
+            assert!(
+                (found - expected).abs() <= allowed,
+                "{p}: {found} is not {expected}"
+            );
+            let estimate = normal_quantile_estimate(p);
+            assert!(
+                p < 1e-300 || (estimate - expected).abs() < 4.6e-4,
+                "{p}: {estimate}"
+            );
+        }
     }
 
     #[test]

@@ -112,6 +112,7 @@ impl Target {
             | Material::Plastic(_)
             | Material::RoughPlastic { .. }
             | Material::Principled(_)
+            | Material::PrincipledThin(_)
             | Material::RoughConductor { .. }
             | Material::RoughDielectric { .. }
             | Material::Turned { .. } => false,

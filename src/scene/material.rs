@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::principled::Principled;
+use super::principled_thin::PrincipledThin;
 use super::texture::{Color, Scalar, TextureId};
 use crate::optics::{FacetDistribution, RoughTransmittance};
 use crate::radiometry::Rgb;
@@ -90,6 +91,8 @@ pub enum Material {
     },
     /// A matt base with a sheen and a second coat, metal and rough glass, all in shares.
     Principled(Box<Principled>),
+    /// A sheet without thickness, the same on both sides: matt, see-through and glossy parts, all in shares.
+    PrincipledThin(Box<PrincipledThin>),
     /// Nothing: light passes as if the surface were not there.
     Null,
     /// `nested` with probability `opacity`, nothing otherwise.
@@ -106,6 +109,13 @@ pub enum Material {
         /// The material on the other side, with the normal turned round.
         back: MaterialId,
     },
+    /// Two materials, in shares that add up to one.
+    Blend {
+        /// The share of the second one: where a texture says less than 0, that is 0; where more than 1, it is 1.
+        weight: Scalar,
+        /// The materials. Neither is a mask or nothing, nor wraps one.
+        nested: [MaterialId; 2],
+    },
     /// `nested` with a normal that a texture turns.
     Turned {
         /// The texture that turns the normal.
@@ -115,7 +125,7 @@ pub enum Material {
         flip_invalid_normals: bool,
         /// True to soften the border of shadows that turned normals make.
         use_shadowing_function: bool,
-        /// The material itself; no wrapper.
+        /// The material itself: no wrapper but a blend of materials without wrappers.
         nested: MaterialId,
     },
 }
@@ -176,6 +186,8 @@ impl Material {
             Self::Plastic(_) => "plastic",
             Self::RoughPlastic { .. } => "roughplastic",
             Self::Principled(_) => "principled",
+            Self::PrincipledThin(_) => "principledthin",
+            Self::Blend { .. } => "blendbsdf",
             Self::Turned {
                 by: NormalTurn::Height { .. },
                 ..
@@ -192,6 +204,7 @@ impl Material {
         let (first, second) = match self {
             Self::Mask { nested, .. } | Self::Turned { nested, .. } => (Some(*nested), None),
             Self::TwoSided { front, back } => (Some(*front), Some(*back)),
+            Self::Blend { nested: [a, b], .. } => (Some(*a), Some(*b)),
             _ => (None, None),
         };
         first.into_iter().chain(second)
@@ -202,6 +215,7 @@ impl Material {
         let (first, second) = match self {
             Self::Mask { nested, .. } | Self::Turned { nested, .. } => (Some(nested), None),
             Self::TwoSided { front, back } => (Some(front), Some(back)),
+            Self::Blend { nested: [a, b], .. } => (Some(a), Some(b)),
             _ => (None, None),
         };
         first.into_iter().chain(second)
@@ -243,6 +257,7 @@ impl Material {
                 ..
             } => (Some(*color), None),
             Self::Principled(principled) => (Some(principled.base_color), None),
+            Self::PrincipledThin(sheet) => (Some(sheet.base_color), None),
             _ => (None, None),
         };
         first.into_iter().chain(second)
@@ -252,6 +267,7 @@ impl Material {
     pub fn scalars(&self) -> impl Iterator<Item = Scalar> {
         let (first, second) = match self {
             Self::Mask { opacity, .. } => (Some(*opacity), None),
+            Self::Blend { weight, .. } => (Some(*weight), None),
             Self::RoughDielectric { roughness, .. } | Self::RoughConductor { roughness, .. } => {
                 (Some(roughness.alpha_u), Some(roughness.alpha_v))
             }
@@ -261,12 +277,17 @@ impl Material {
             Self::Principled(principled) => Some(principled.scalars().map(|(_, scalar)| scalar)),
             _ => None,
         };
+        let sheet = match self {
+            Self::PrincipledThin(sheet) => Some(sheet.scalars()),
+            _ => None,
+        };
         let own = first.into_iter().chain(second);
         own.chain(principled.into_iter().flatten())
+            .chain(sheet.into_iter().flatten())
     }
 
     /// True if light can leave it along a specular chain: by mirror reflection or refraction, looking through
-    /// masks and two-sided wrappers.
+    /// masks, two-sided wrappers and blends.
     ///
     /// `Null` is not specular: it changes no direction. Neither are rough interfaces and turned normals (see
     /// [`Self::is_rough_interface`]): specular chains end there, and photons go on from the former.
@@ -274,7 +295,7 @@ impl Material {
         match self {
             Self::Dielectric { .. } | Self::ThinDielectric { .. } | Self::Conductor { .. } => true,
             Self::Mask { opacity, .. } if !opacity.may_exceed_zero() => false,
-            Self::Mask { .. } | Self::TwoSided { .. } => {
+            Self::Mask { .. } | Self::TwoSided { .. } | Self::Blend { .. } => {
                 self.nested().any(|id| all[id.0 as usize].is_specular(all))
             }
             _ => false,
@@ -282,7 +303,8 @@ impl Material {
     }
 
     /// True if light can leave it in many directions by a rough interface, looking through masks and
-    /// two-sided wrappers: chains of photons go on there by lot.
+    /// two-sided wrappers: chains of photons go on there by lot. They end at the rough parts of blends (see
+    /// [`Self::is_blended_gloss`]).
     pub fn is_glossy(&self, all: &[Self]) -> bool {
         match self {
             Self::RoughDielectric { .. } | Self::RoughConductor { .. } => true,
@@ -294,6 +316,28 @@ impl Material {
         }
     }
 
+    /// True if it blends a rough interface with another material, or wraps such a blend whose normals no
+    /// texture turns.
+    pub fn is_blended_gloss(&self, all: &[Self]) -> bool {
+        let mut nested = self.nested().map(|id| &all[id.0 as usize]);
+        match self {
+            Self::Turned { .. } => false,
+            Self::Blend { .. } => nested.any(|it| it.is_glossy(all) || it.is_blended_gloss(all)),
+            _ => nested.any(|it| it.is_blended_gloss(all)),
+        }
+    }
+
+    /// True if it blends a smooth interface with another material, or wraps such a blend.
+    pub fn is_blended_interface(&self, all: &[Self]) -> bool {
+        match self {
+            Self::Blend { .. } => self.is_specular(all),
+            Self::Turned { .. } => false,
+            _ => self
+                .nested()
+                .any(|id| all[id.0 as usize].is_blended_interface(all)),
+        }
+    }
+
     /// True if it mirrors or refracts with a blur, or with normals that a texture turns. Such light is no
     /// part of specular chains, though it may make caustics.
     pub fn is_rough_interface(&self, all: &[Self]) -> bool {
@@ -301,6 +345,7 @@ impl Material {
         match self {
             Self::RoughDielectric { .. } | Self::RoughConductor { .. } => true,
             Self::Principled(principled) => principled.is_interface(),
+            Self::PrincipledThin(sheet) => sheet.is_interface(),
             // The coat of plastic reflects some percent: a receiver's gloss.
             Self::Turned { nested, .. } => {
                 let nested = &all[nested.0 as usize];
@@ -319,11 +364,13 @@ impl Material {
             .any(|id| all[id.0 as usize].is_turned_interface(all))
     }
 
-    /// True if it is a `principled` with metal or glass, or wraps one whose normals no texture turns.
+    /// True if it is a `principled` with metal or glass, a `principledthin` that mirrors, or wraps one whose
+    /// normals no texture turns.
     pub fn is_principled_interface(&self, all: &[Self]) -> bool {
         let mut nested = self.nested();
         match self {
             Self::Principled(principled) => principled.is_interface(),
+            Self::PrincipledThin(sheet) => sheet.is_interface(),
             Self::Turned { .. } => false,
             _ => nested.any(|id| all[id.0 as usize].is_principled_interface(all)),
         }

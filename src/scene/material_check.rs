@@ -1,8 +1,8 @@
 //! Conditions on materials and textures.
 
 use super::{
-    Coat, Color, Material, NormalTurn, Principled, Roughness, Scalar, SceneError, SceneParts,
-    Texture, TextureId,
+    Coat, Color, Material, NormalTurn, Principled, PrincipledThin, Roughness, Scalar, SceneError,
+    SceneParts, Texture, TextureId,
 };
 use crate::geometry::{Mesh, Shape};
 use crate::radiometry::Rgb;
@@ -149,17 +149,28 @@ fn coat(coat: &Coat) -> Option<String> {
         .or_else(|| color("specular_reflectance", coat.specular_reflectance))
 }
 
+fn share((name, share): (&str, Scalar)) -> Option<String> {
+    match share {
+        Scalar::Constant(number) => factor(name, Rgb::grey(number)),
+        Scalar::Texture(_) => None,
+    }
+}
+
 fn principled(material: &Principled) -> Option<String> {
     color("base_color", material.base_color)
         .or_else(|| ior("eta", material.eta))
-        .or_else(|| {
-            material
-                .scalars()
-                .into_iter()
-                .find_map(|(name, scalar)| match scalar {
-                    Scalar::Constant(number) => factor(name, Rgb::grey(number)),
-                    Scalar::Texture(_) => None,
-                })
+        .or_else(|| material.scalars().into_iter().find_map(share))
+}
+
+fn principled_thin(sheet: &PrincipledThin) -> Option<String> {
+    color("base_color", sheet.base_color)
+        .or_else(|| ior("eta", sheet.eta))
+        .or_else(|| sheet.shares().into_iter().find_map(share))
+        .or_else(|| match sheet.diff_trans {
+            Scalar::Constant(number) if !(0.0..=2.0).contains(&number) => Some(format!(
+                "diff_trans is {number}; numbers in 0..=2 are allowed"
+            )),
+            _ => None,
         })
 }
 
@@ -225,6 +236,8 @@ fn problem_of(material: &Material) -> Option<String> {
                 .then(|| format!("alpha is {alpha}; numbers above 0, up to 1e70, are allowed"))
         }),
         Material::Principled(material) => principled(material),
+        Material::PrincipledThin(sheet) => principled_thin(sheet),
+        Material::Blend { weight, .. } => share(("weight", *weight)),
         Material::Mask { opacity, .. } => match opacity {
             Scalar::Constant(opacity) if !(0.0..=1.0).contains(opacity) => Some(format!(
                 "opacity is {opacity}; numbers in 0..=1 are allowed"

@@ -107,6 +107,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "may mirror or refract: paths from a camera follow it, chains end there",
             "no principled material has metal or glass",
         ),
+        blends(scene),
         item(
             "partial masks",
             &names(scene, |object| {
@@ -122,6 +123,16 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
     ];
     list.push(dispersion(scene));
     list
+}
+
+fn blends(scene: &Scene) -> Requirement {
+    let is_blend = |material: &Material| matches!(material, Material::Blend { .. });
+    item(
+        "blends",
+        &names(scene, |object| contains(scene, object.material, &is_blend)),
+        "blends materials: photons go on from its mirrors and glass, not from its rough parts",
+        "no material is a blend",
+    )
 }
 
 fn dispersion(scene: &Scene) -> Requirement {

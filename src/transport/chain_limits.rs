@@ -47,6 +47,33 @@ pub enum NotFollowed {
         /// Its id.
         medium: String,
     },
+    /// A blend with a mirror or glass, of a weight or factor that varies.
+    #[error(
+        "shape \"{shape}\" has a blendbsdf with a mirror or glass, whose weight or factor is a texture: photons, \
+         beams and probes need one number; paths from a camera do not"
+    )]
+    VaryingBlend {
+        /// The shape.
+        shape: String,
+    },
+    /// A blend of materials that refract light in several directions.
+    #[error(
+        "shape \"{shape}\" has a blendbsdf of several materials that transmit light without blur: photons, beams \
+         and probes follow one; paths from a camera follow all"
+    )]
+    BlendedGlass {
+        /// The shape.
+        shape: String,
+    },
+    /// A blend with a mirror or glass, for methods that start from cells of light.
+    #[error(
+        "shape \"{shape}\" has a blendbsdf with a mirror or glass: beams, probes and techniques need a surface \
+         that is one or the other; use --method photons or --method path"
+    )]
+    BlendedInterface {
+        /// The shape.
+        shape: String,
+    },
     /// A surface that shines along its normals.
     #[error(
         "emitter {index} ({plugin}) shines along the normals of a surface: beams, probes and techniques start at \
@@ -99,7 +126,7 @@ fn check_masks(scene: &Scene) -> Result<(), NotFollowed> {
 
 /// The same for methods whose light starts in as few dimensions as a point's, and changes with nothing but
 /// its falloff: no environments, no images, no surfaces that shine along their normals, no media, no textured
-/// interfaces.
+/// interfaces. Nor may light that goes on be a share of a surface's, in a blend.
 ///
 /// # Errors
 ///
@@ -108,6 +135,7 @@ pub fn check_starts(scene: &Scene) -> Result<(), NotFollowed> {
     check_masks(scene)?;
     check_clear(scene)?;
     check_even(scene)?;
+    check_blends(scene)?;
     if let Some((index, plugin)) = emitter(scene, |it| it.slide().is_some()) {
         return Err(NotFollowed::ThrowsImage { index, plugin });
     }
@@ -189,6 +217,24 @@ fn check_direct(scene: &Scene) -> Result<(), NotFollowed> {
     }
 }
 
+/// Fails if a shape blends a smooth interface with another material.
+///
+/// # Errors
+///
+/// The first such shape.
+pub fn check_blends(scene: &Scene) -> Result<(), NotFollowed> {
+    let is_one = |object: &&Object| {
+        let material = scene.material(object.material);
+        material.is_blended_interface(scene.materials())
+    };
+    match scene.objects().iter().find(is_one) {
+        Some(object) => Err(NotFollowed::BlendedInterface {
+            shape: object.id.clone(),
+        }),
+        None => Ok(()),
+    }
+}
+
 fn shines_along_normals(emitter: &Emitter) -> bool {
     matches!(emitter, Emitter::DirectionalArea { .. })
 }
@@ -212,6 +258,20 @@ fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotF
                 shape: shape.to_owned(),
             });
         }
+        Material::Blend { weight, .. } if material.is_specular(scene.materials()) => {
+            if weight.texture().is_some() || varying(scene, id).is_some() {
+                return Err(NotFollowed::VaryingBlend {
+                    shape: shape.to_owned(),
+                });
+            }
+            let mut glasses = Vec::new();
+            add_glasses(scene, id, &mut glasses);
+            if glasses.len() > 1 {
+                return Err(NotFollowed::BlendedGlass {
+                    shape: shape.to_owned(),
+                });
+            }
+        }
         // Chains end at turned normals, with any material below them.
         Material::Turned { .. } => return Ok(()),
         _ => {}
@@ -219,6 +279,21 @@ fn check_material(scene: &Scene, shape: &str, id: MaterialId) -> Result<(), NotF
     material
         .nested()
         .try_for_each(|nested| check_material(scene, shape, nested))
+}
+
+/// Adds the materials of a blend that transmit light without blur, each once.
+fn add_glasses(scene: &Scene, id: MaterialId, glasses: &mut Vec<MaterialId>) {
+    match scene.material(id) {
+        Material::Dielectric { .. } | Material::ThinDielectric { .. } => {
+            if !glasses.contains(&id) {
+                glasses.push(id);
+            }
+        }
+        Material::Turned { .. } => {}
+        material => material
+            .nested()
+            .for_each(|nested| add_glasses(scene, nested, glasses)),
+    }
 }
 
 /// Warnings for methods that follow light along specular chains only.
@@ -230,8 +305,8 @@ pub fn left_out(scene: &Scene) -> Vec<String> {
     left_out_where(scene, Material::is_rough_interface, reason)
 }
 
-/// The same for photons, which go on from rough interfaces, but neither where a texture turns the normal nor
-/// from `principled`.
+/// The same for photons, which go on from rough interfaces, but neither where a texture turns the normal, nor
+/// from `principled`, nor from a rough part of a blend.
 pub fn left_out_by_photons(scene: &Scene) -> Vec<String> {
     let reason = "photons do not go on where a texture turns the normal";
     let mut warnings = left_out_where(scene, Material::is_turned_interface, reason);
@@ -241,6 +316,9 @@ pub fn left_out_by_photons(scene: &Scene) -> Vec<String> {
         Material::is_principled_interface,
         reason,
     ));
+    let reason = "photons do not go on from the rough parts of a blendbsdf, but from its conductor, dielectric and \
+                  thindielectric";
+    warnings.extend(left_out_where(scene, Material::is_blended_gloss, reason));
     warnings
 }
 
@@ -274,12 +352,6 @@ fn left_out_where(
 /// Warnings for methods that connect light on diffuse surfaces to a camera: surfaces that scatter light in
 /// another way look black.
 pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
-    let is_rough = |material: &Material| {
-        matches!(
-            material,
-            Material::RoughConductor { .. } | Material::RoughDielectric { .. }
-        )
-    };
     let shapes = scattering(scene, |material| {
         is_rough(material) || is_coated_or_turned(material)
     });
@@ -292,9 +364,25 @@ pub fn left_out_of_image(scene: &Scene) -> Vec<String> {
     )]
 }
 
-/// The shapes that scatter light in another way than diffuse ones, but for bare rough interfaces.
+/// The shapes that scatter light in another way than diffuse ones, but for rough interfaces that are no part
+/// of a blend.
 pub fn unseen_but_rough(scene: &Scene) -> Vec<String> {
-    scattering(scene, is_coated_or_turned)
+    let all = scene.materials();
+    scattering(scene, |material| {
+        is_coated_or_turned(material) || material.is_blended_gloss(all)
+    })
+}
+
+fn is_rough(material: &Material) -> bool {
+    matches!(
+        material,
+        Material::RoughConductor { .. } | Material::RoughDielectric { .. }
+    )
+}
+
+/// True if any part of a material scatters light in another way than diffuse ones.
+pub(super) fn is_unseen(scene: &Scene, id: MaterialId) -> bool {
+    any(scene, id, &|it| is_rough(it) || is_coated_or_turned(it))
 }
 
 /// What reflects by more than a matt surface or one interface: coats, `principled`, and turned normals.
@@ -304,6 +392,7 @@ fn is_coated_or_turned(material: &Material) -> bool {
         Material::Plastic(_)
             | Material::RoughPlastic { .. }
             | Material::Principled(_)
+            | Material::PrincipledThin(_)
             | Material::Turned { .. }
     )
 }

@@ -9,7 +9,7 @@ use crate::optics::{
     conductor_reflectance, dielectric_reflectance, reflect, refract, thin_slab_reflectance,
 };
 use crate::radiometry::Rgb;
-use crate::scene::{Color, Material, Scene, TexturePoint};
+use crate::scene::{Color, Material, Scalar, Scene, TexturePoint};
 
 /// Effect of interpolated normals on the flux that a ray carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -85,7 +85,7 @@ pub struct Interaction<'a> {
     point: &'a SurfacePoint,
     direction: DVec3,
     shading_normals: ShadingNormals,
-    /// The material inside masks, on the side that light meets.
+    /// The material inside masks, on the side that light meets; of a blend, the part that transmits, if any.
     material: &'a Material,
     /// The shading normal on the side light arrives from; zero if nothing needs it.
     normal: DVec3,
@@ -95,6 +95,8 @@ pub struct Interaction<'a> {
     shares: [f64; 3],
     /// The share that meets a rough interface; no way leads on from it.
     rough: f64,
+    /// Of a blend, its parts' shares with their tints, by [`Way`].
+    blended: Option<[Rgb; 3]>,
 }
 
 impl<'a> Interaction<'a> {
@@ -131,11 +133,12 @@ impl<'a> Interaction<'a> {
             eta: 1.0,
             shares: [0.0; 3],
             rough: 0.0,
+            blended: None,
         };
         match material {
             // The commonest end of a chain.
             Material::Diffuse { .. } => {}
-            Material::Mask { .. } | Material::TwoSided { .. } => {
+            Material::Mask { .. } | Material::TwoSided { .. } | Material::Blend { .. } => {
                 interaction.unwrap((scene, materials), material, front);
             }
             _ => interaction.share(material, front, 1.0),
@@ -180,13 +183,74 @@ impl<'a> Interaction<'a> {
                 _ => break,
             }
         }
-        let coated = both_sides
-            && matches!(
-                material,
-                Material::Conductor { .. } | Material::RoughConductor { .. }
-            );
-        self.share(material, front || coated, weight);
+        if let Material::Blend { .. } = material {
+            self.blended = Some([Rgb::BLACK; 3]);
+            self.blend(materials, material, (front, both_sides), weight);
+        } else {
+            self.share(material, front || (both_sides && is_coat(material)), weight);
+        }
         self.shares[Way::Passed as usize] += passed;
+    }
+
+    /// Shares out `weight` of the light among the parts of a blend. They reflect light one way; one part at
+    /// most transmits it.
+    fn blend(
+        &mut self,
+        materials: &'a [Material],
+        material: &'a Material,
+        (front, both_sides): (bool, bool),
+        weight: f64,
+    ) {
+        match *material {
+            Material::Blend {
+                weight: second,
+                nested,
+            } => {
+                // Chains are refused if it varies and matters (see `LightSpace`).
+                let Scalar::Constant(second) = second else {
+                    return;
+                };
+                for (id, share) in nested.into_iter().zip([1.0 - second, second]) {
+                    let part = &materials[id.0 as usize];
+                    let sides = (front, both_sides);
+                    self.blend(materials, part, sides, weight * share);
+                }
+            }
+            Material::TwoSided {
+                front: of_front,
+                back,
+            } => {
+                let side = if front { of_front } else { back };
+                let part = &materials[side.0 as usize];
+                self.blend(materials, part, (front, true), weight);
+            }
+            _ => {
+                let mut part = Self {
+                    shares: [0.0; 3],
+                    blended: None,
+                    ..*self
+                };
+                part.share(material, front || (both_sides && is_coat(material)), weight);
+                self.add(&part);
+            }
+        }
+    }
+
+    /// Adds a part of a blend.
+    fn add(&mut self, part: &Self) {
+        for way in [Way::Reflected, Way::Transmitted] {
+            let share = part.share_of(way);
+            if share > 0.0 {
+                self.normal = part.normal;
+                self.shares[way as usize] += share;
+                if let Some(blended) = &mut self.blended {
+                    blended[way as usize] += part.tint::<3>(way, Color::even).rgb() * share;
+                }
+                if way == Way::Transmitted {
+                    (self.material, self.eta) = (part.material, part.eta);
+                }
+            }
+        }
     }
 
     /// Shares out `weight` of the light at a plain material. `front` is true if light arrives on the side
@@ -239,9 +303,11 @@ impl<'a> Interaction<'a> {
             | Material::Plastic(_)
             | Material::RoughPlastic { .. }
             | Material::Principled(_)
+            | Material::PrincipledThin(_)
             | Material::Turned { .. }
             | Material::Mask { .. }
-            | Material::TwoSided { .. } => {}
+            | Material::TwoSided { .. }
+            | Material::Blend { .. } => {}
         }
     }
 
@@ -324,40 +390,54 @@ impl<'a> Interaction<'a> {
                 tint: Flux::WHITE,
             }),
             Way::Reflected => {
-                let tint = match self.material {
-                    Material::Dielectric {
-                        specular_reflectance,
-                        ..
-                    }
-                    | Material::ThinDielectric {
-                        specular_reflectance,
-                        ..
-                    } => Flux::of(value_of(specular_reflectance)),
-                    _ => self.metallic_tint(value_of),
-                };
-                self.checked(reflect(self.direction, self.normal), tint, true)
+                let direction = reflect(self.direction, self.normal);
+                self.checked(direction, self.tint(way, value_of), true)
             }
             Way::Transmitted => match self.material {
-                Material::Dielectric {
-                    specular_transmittance,
-                    ..
-                } if self.eta != 1.0 => {
+                Material::Dielectric { .. } if self.eta != 1.0 => {
                     let direction = refract(self.direction, self.normal, self.eta)?;
-                    self.checked(direction, Flux::of(value_of(specular_transmittance)), false)
+                    self.checked(direction, self.tint(way, value_of), false)
                 }
-                Material::Dielectric {
-                    specular_transmittance,
-                    ..
-                }
-                | Material::ThinDielectric {
-                    specular_transmittance,
-                    ..
-                } => Some(Branch {
+                Material::Dielectric { .. } | Material::ThinDielectric { .. } => Some(Branch {
                     direction: self.direction,
-                    tint: Flux::of(value_of(specular_transmittance)),
+                    tint: self.tint(way, value_of),
                 }),
                 _ => None,
             },
+        }
+    }
+
+    /// The factor that filters and metals put on the flux along a way with a share above zero.
+    #[inline]
+    fn tint<const N: usize>(&self, way: Way, value_of: impl FnOnce(&Color) -> Rgb) -> Flux<N> {
+        if let Some(blended) = &self.blended {
+            return Flux::of(blended[way as usize] / self.share_of(way));
+        }
+        match (way, self.material) {
+            (Way::Passed, _) => Flux::WHITE,
+            (
+                Way::Reflected,
+                Material::Dielectric {
+                    specular_reflectance: filter,
+                    ..
+                }
+                | Material::ThinDielectric {
+                    specular_reflectance: filter,
+                    ..
+                },
+            )
+            | (
+                Way::Transmitted,
+                Material::Dielectric {
+                    specular_transmittance: filter,
+                    ..
+                }
+                | Material::ThinDielectric {
+                    specular_transmittance: filter,
+                    ..
+                },
+            ) => Flux::of(value_of(filter)),
+            _ => self.metallic_tint(value_of),
         }
     }
 
@@ -421,4 +501,12 @@ impl<'a> Interaction<'a> {
         }
         Some(Branch { direction, tint })
     }
+}
+
+/// True of what a two-sided material has on both of its sides.
+fn is_coat(material: &Material) -> bool {
+    matches!(
+        material,
+        Material::Conductor { .. } | Material::RoughConductor { .. }
+    )
 }

@@ -110,6 +110,66 @@ LATER_CASES = [
     f'<bsdf type="bumpmap">{bitmap("height.png", "map")}<float name="scale" value="0.8"/>{principled(HUE, clearcoat=1)}</bsdf>',
 ]
 
+
+def blend(weight, first, second):
+    weight = weight if isinstance(weight, str) else f'<float name="weight" value="{weight}"/>'
+    return f'<bsdf type="blendbsdf">{weight}{first}{second}</bsdf>'
+
+
+def thin(rest="", **numbers):
+    return principled(rest, **numbers).replace("principled", "principledthin")
+
+
+def wrapped(kind, inside, rest=""):
+    return f'<bsdf type="{kind}">{rest}{inside}</bsdf>'
+
+
+MATT = '<bsdf type="diffuse"><rgb name="reflectance" value="0.2, 0.5, 0.8"/></bsdf>'
+ROUGH_GOLD = rough("roughconductor", "ggx", 0.3, GOLD)
+CHECKERBOARD = ('<texture type="checkerboard" name="weight"><rgb name="color0" value="0.2, 0.2, 0.2"/>'
+                '<rgb name="color1" value="0.9, 0.9, 0.9"/></texture>')
+HEIGHT = bitmap("height.png", "map") + '<float name="scale" value="0.8"/>'
+# Appended once more.
+BLEND_CASES = [
+    blend(0.3, DIFFUSE, ROUGH_GOLD),
+    blend(0.7, rough("roughconductor", "ggx", (0.4, 0.15), GOLD), rough("roughplastic", "ggx", 0.3, RED)),
+    blend(bitmap("color.png", "weight"), DIFFUSE, f'<bsdf type="plastic">{RED}</bsdf>'),
+    blend(CHECKERBOARD, DIFFUSE, rough("roughplastic", "beckmann", 0.2)),
+    blend(0.6, DIFFUSE, rough("roughdielectric", "ggx", 0.4)),
+    blend(0.25, blend(0.4, DIFFUSE, ROUGH_GOLD), rough("roughplastic", "ggx", 0.2)),
+    blend(0.25, rough("roughplastic", "ggx", 0.2), blend(0.4, DIFFUSE, ROUGH_GOLD)),
+    blend(1.7, DIFFUSE, MATT),
+    blend(-0.5, DIFFUSE, MATT),
+    blend(0.35, '<bsdf type="conductor"/>', DIFFUSE),
+    wrapped("twosided", blend(0.3, DIFFUSE, ROUGH_GOLD)),
+    blend(0.3, f'<bsdf type="twosided">{DIFFUSE}{MATT}</bsdf>', wrapped("twosided", ROUGH_GOLD)),
+    blend(0.3, wrapped("twosided", DIFFUSE), rough("roughplastic", "ggx", 0.3)),
+    blend(0.3, wrapped("twosided", DIFFUSE), rough("roughdielectric", "ggx", 0.4)),
+    wrapped("mask", blend(0.3, DIFFUSE, ROUGH_GOLD), '<float name="opacity" value="0.6"/>'),
+    blend(0.3, '<bsdf type="null"/>', DIFFUSE),
+    wrapped("bumpmap", blend(0.3, DIFFUSE, ROUGH_GOLD), HEIGHT),
+    blend(0.3, wrapped("bumpmap", DIFFUSE, HEIGHT), ROUGH_GOLD),
+    blend(0.3, wrapped("twosided", wrapped("bumpmap", DIFFUSE, HEIGHT)), wrapped("normalmap", ROUGH_GOLD, bitmap("color.png", "normalmap"))),
+    wrapped("normalmap", blend(0.5, '<bsdf type="conductor"/>', DIFFUSE), bitmap("color.png", "normalmap")),
+    thin(),
+    thin(HUE, roughness=0.4, flatness=0.6, sheen=0.8, sheen_tint=0.5, diff_trans=0.7),
+    thin(HUE, roughness=0.6, spec_trans=1, eta=1.7),
+    thin(HUE, roughness=0.5, spec_trans=0.6, diff_trans=1.2, anisotropic=0.8, spec_tint=0.6, eta=1.3),
+    thin(HUE, roughness=0.7, spec_trans=0.5, eta=0.8, sheen=0.4, spec_tint=0.5),
+    thin(roughness=0.5, diff_trans=2),
+    thin(bitmap("color.png", "base_color") + bitmap("height.png", "spec_trans") + bitmap("height.png", "diff_trans")),
+    wrapped("bumpmap", thin(HUE, spec_trans=0.5, diff_trans=1), HEIGHT),
+    blend(0.4, thin(HUE, spec_trans=0.5, diff_trans=1), DIFFUSE),
+]
+# Of delta lobes alone: beside a density Mitsuba 3.9.1 weighs a delta lobe by (w + w' f') / (w + w' p'), with f' and p'
+# the density's value and probability in that direction. It should be 1.
+BLEND_DELTA_CASES = [
+    blend(0.5, f'<bsdf type="dielectric">{TINTS}</bsdf>', '<bsdf type="conductor"/>'),
+    blend(0.2, wrapped("twosided", f'<bsdf type="conductor">{GOLD}</bsdf>'), '<bsdf type="conductor"/>'),
+    blend(0.4, wrapped("normalmap", '<bsdf type="dielectric"/>', bitmap("color.png", "normalmap")), '<bsdf type="thindielectric"/>'),
+    blend(0.3, '<bsdf type="conductor"/>', blend(0.6, f'<bsdf type="dielectric">{TINTS}</bsdf>', '<bsdf type="thindielectric"/>')),
+]
+
 DELTA_CASES = [
     '<bsdf type="dielectric"/>',
     f'<bsdf type="dielectric">{TINTS}<float name="int_ior" value="1.2"/><float name="ext_ior" value="1.7"/></bsdf>',
@@ -177,7 +237,7 @@ def main():
 
         for text in CASES:
             evals(text)
-        for text in DELTA_CASES:
+        def deltas(text):
             bsdf = load(text)
             print("case", text, file=file)
             for wi in WI:
@@ -190,8 +250,13 @@ def main():
                     if np.max(np.array(weight)) == 0:
                         continue
                     print("delta", *wi, u, numbers(sample.wo, weight, flux, sample.pdf, sample.eta), file=file)
-        for text in LATER_CASES:
+
+        for text in DELTA_CASES:
+            deltas(text)
+        for text in LATER_CASES + BLEND_CASES:
             evals(text)
+        for text in BLEND_DELTA_CASES:
+            deltas(text)
 
 
 if __name__ == "__main__":

@@ -126,6 +126,7 @@ fn the_suite_has_every_plugin_that_a_camera_can_meet() {
         .collect();
     let plugins = [
         // bsdfs
+        "blendbsdf",
         "bumpmap",
         "conductor",
         "dielectric",
@@ -135,6 +136,7 @@ fn the_suite_has_every_plugin_that_a_camera_can_meet() {
         "null",
         "plastic",
         "principled",
+        "principledthin",
         "roughconductor",
         "roughdielectric",
         "roughplastic",

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use nephroid::internals::geometry::Shape;
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::scene::{Color, Material, MediumId, Scalar, Scene};
+use nephroid::internals::scene::{Color, Material, MaterialId, MediumId, Scalar, Scene};
 
 use crate::support::scene_files::{Folder, assert_close, error, scene};
 
@@ -360,6 +360,21 @@ fn rough_materials_say_what_they_need() {
             "must lie in 0..=1",
         ),
         (
+            "principledthin",
+            "<float name=\"metallic\" value=\"1\"/>",
+            "has no parameter \"metallic\"",
+        ),
+        (
+            "principledthin",
+            "<float name=\"diff_trans\" value=\"2.5\"/>",
+            "must lie in 0..=2, but is 2.5",
+        ),
+        (
+            "principledthin",
+            "<float name=\"eta\" value=\"0\"/>",
+            "must be above 0, not 0",
+        ),
+        (
             "roughplastic",
             "<float name=\"alpha\" value=\"0\"/>",
             "must be above 0, not 0",
@@ -449,10 +464,157 @@ fn a_colour_of_vertices_needs_a_mesh_that_has_it() {
 }
 
 #[test]
+fn a_blend_has_its_parts_in_the_files_order_and_a_weight_that_is_brought_to_the_unit_interval() {
+    let grey = |albedo: f64| {
+        format!("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"{albedo}\"/></bsdf>")
+    };
+    let blend = |weight: &str, first: &str, second: &str| {
+        material(&format!(
+            "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"{weight}\"/>{first}{second}</bsdf>"
+        ))
+    };
+    let named =
+        |name: &str, albedo| grey(albedo).replace("<bsdf ", &format!("<bsdf name=\"{name}\" "));
+    let of = |albedo: f64| Material::Diffuse {
+        reflectance: Color::Constant(Rgb::grey(albedo)),
+    };
+    // Mitsuba 3.9.1 goes by places, not by names.
+    let parts = scene(&format!(
+        "<shape type=\"sphere\"><bsdf type=\"blendbsdf\">{}<float name=\"weight\" value=\"0.25\"/>{}</bsdf></shape>",
+        named("b", 0.8),
+        named("a", 0.1)
+    ))
+    .unwrap();
+    assert_eq!(parts.materials[..2], [of(0.8), of(0.1)]);
+    assert_eq!(
+        parts.materials[2],
+        Material::Blend {
+            weight: Scalar::Constant(0.25),
+            nested: [MaterialId(0), MaterialId(1)]
+        }
+    );
+    // At the ends one is left.
+    for (weight, left) in [("0", 0.8), ("-0.5", 0.8), ("1", 0.1), ("1.5", 0.1)] {
+        assert_eq!(
+            blend(weight, &grey(0.8), &grey(0.1)),
+            Ok(of(left)),
+            "{weight}"
+        );
+    }
+    // A blend with nothing is a mask.
+    for (first, second, opacity) in [("null", "diffuse", 0.25), ("diffuse", "null", 0.75)] {
+        let plain = |plugin| format!("<bsdf type=\"{plugin}\"/>");
+        let found = blend("0.25", &plain(first), &plain(second)).unwrap();
+        assert!(
+            matches!(found, Material::Mask { opacity: Scalar::Constant(it), .. } if it == opacity),
+            "{found:?}"
+        );
+    }
+}
+
+#[test]
+fn blends_that_cannot_be_say_what_to_write_instead() {
+    let matt = "<bsdf type=\"diffuse\"/>";
+    let half = "<float name=\"weight\" value=\"0.5\"/>";
+    let height = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mitsuba/height.png");
+    let image = |name: &str| {
+        format!(
+            "<texture name=\"{name}\" type=\"bitmap\"><string name=\"filename\" value=\"{height}\"/></texture>"
+        )
+    };
+    let mask = format!("<bsdf type=\"mask\">{matt}</bsdf>");
+    let both = format!("<bsdf type=\"twosided\">{matt}</bsdf>");
+    let bumpy = format!("<bsdf type=\"bumpmap\">{}{matt}</bsdf>", image("map"));
+    let blend = |inside: &str| format!("<bsdf type=\"blendbsdf\">{inside}</bsdf>");
+    let bump = |inside: &str| format!("<bsdf type=\"bumpmap\">{}{inside}</bsdf>", image("map"));
+    for (bsdf, expected) in [
+        (
+            blend(&format!("{matt}{matt}")),
+            "needs the parameter \"weight\"",
+        ),
+        (
+            blend(&format!("{half}{matt}")),
+            "needs two nested bsdfs, not 1",
+        ),
+        (
+            blend(&format!("{half}{matt}{matt}{matt}")),
+            "needs two nested bsdfs, not 3",
+        ),
+        (
+            blend(&format!("{half}{matt}{mask}")),
+            "put the mask around the blendbsdf",
+        ),
+        (
+            blend(&format!("{}{matt}<bsdf type=\"null\"/>", image("weight"))),
+            "make it the first",
+        ),
+        (
+            bump(&blend(&format!("{half}{matt}{bumpy}"))),
+            "put a bumpmap into the bumpmap instead",
+        ),
+        (
+            bump(&blend(&format!("{half}{matt}{both}"))),
+            "put a bumpmap into the twosided instead",
+        ),
+        (bump(&both), "wrap it around the bumpmap instead"),
+        (
+            format!(
+                "<bsdf type=\"twosided\">{}</bsdf>",
+                blend(&format!("{half}{matt}<bsdf type=\"dielectric\"/>"))
+            ),
+            "only one-sided materials",
+        ),
+        (
+            "<bsdf type=\"twosided\"><bsdf type=\"principledthin\"/></bsdf>".to_owned(),
+            "only one-sided materials",
+        ),
+    ] {
+        let message = material(&bsdf).unwrap_err();
+        assert!(message.contains(expected), "{message}");
+    }
+    // Blends that share their parts hold many in few lines: 2⁶ are taken, 2⁷ not, and none of 2⁶⁰ takes its time.
+    let shared = |levels: usize| {
+        let of = |level: usize| {
+            let part = format!("<ref id=\"{}\"/>", level - 1);
+            blend(&format!("{half}{part}{part}")).replacen(
+                "<bsdf ",
+                &format!("<bsdf id=\"{level}\" "),
+                1,
+            )
+        };
+        let all: String = (1..=levels).map(of).collect();
+        scene(&format!(
+            "<bsdf type=\"diffuse\" id=\"0\"/>{all}<shape type=\"sphere\"><ref id=\"{levels}\"/></shape>"
+        ))
+    };
+    assert!(shared(6).is_ok());
+    for levels in [7, 60] {
+        let message = shared(levels).unwrap_err();
+        assert!(message.contains("holds 128 materials"), "{message}");
+    }
+    // These mean something.
+    for bsdf in [
+        blend(&format!("{half}{both}{both}")),
+        blend(&format!("{half}{both}{matt}")),
+        blend(&format!(
+            "{half}{bumpy}{}",
+            blend(&format!("{half}{both}{bumpy}"))
+        )),
+        bump(&blend(&format!("{half}{matt}{matt}"))),
+        format!(
+            "<bsdf type=\"mask\">{}</bsdf>",
+            blend(&format!("{half}{matt}{bumpy}"))
+        ),
+    ] {
+        assert!(material(&bsdf).is_ok(), "{bsdf}");
+    }
+}
+
+#[test]
 fn what_no_shape_uses_is_ignored_even_where_it_is_not_modelled() {
     let parts = scene(
         "<integrator type=\"path_of_my_own\"><integer name=\"max_depth\" value=\"3\"/></integrator>\
-         <bsdf type=\"principledthin\" id=\"unused\"/><medium type=\"homogeneous\" id=\"fog\"/>",
+         <bsdf type=\"hair\" id=\"unused\"/><medium type=\"homogeneous\" id=\"fog\"/>",
     )
     .unwrap();
     let what: Vec<_> = parts
@@ -464,7 +626,7 @@ fn what_no_shape_uses_is_ignored_even_where_it_is_not_modelled() {
         what,
         [
             "integrator \"path_of_my_own\"",
-            "bsdf \"principledthin\" (id \"unused\")",
+            "bsdf \"hair\" (id \"unused\")",
             "medium \"homogeneous\" (id \"fog\")"
         ]
     );

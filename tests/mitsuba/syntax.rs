@@ -8,12 +8,12 @@ use crate::support::scene_files::{Folder, error, scene, scene_of_version};
 
 #[test]
 fn errors_name_file_line_column_plugin_and_what_is_allowed() {
-    let message = error("<shape type=\"sphere\">\n  <bsdf type=\"principledthin\"/>\n</shape>");
+    let message = error("<shape type=\"sphere\">\n  <bsdf type=\"hair\"/>\n</shape>");
     assert_eq!(
         message,
-        "scene.xml:3:3: bsdf \"principledthin\" is not modelled; modelled bsdfs are: \
-         bumpmap, conductor, dielectric, diffuse, mask, normalmap, null, plastic, principled, roughconductor, \
-         roughdielectric, roughplastic, thindielectric, twosided"
+        "scene.xml:3:3: bsdf \"hair\" is not modelled; modelled bsdfs are: \
+         blendbsdf, bumpmap, conductor, dielectric, diffuse, mask, normalmap, null, plastic, principled, \
+         principledthin, roughconductor, roughdielectric, roughplastic, thindielectric, twosided"
     );
     let message = error("<shape type=\"sphere\">\n<float name=\"radios\" value=\"2\"/></shape>");
     assert_eq!(

@@ -375,6 +375,58 @@ fn light_of_rough_interfaces_is_measured_once() {
     }
 }
 
+/// A ball of two materials in shares of 0.4 and 0.6.
+fn blended(center: &str, radius: f64, first: &str, second: &str) -> String {
+    format!(
+        "<shape type=\"sphere\" id=\"blended\"><point name=\"center\" value=\"{center}\"/>\
+         <float name=\"radius\" value=\"{radius}\"/><bsdf type=\"blendbsdf\">\
+         <float name=\"weight\" value=\"0.6\"/>{first}{second}</bsdf></shape>"
+    )
+}
+
+const MATT: &str =
+    "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.2, 0.5, 0.6\"/></bsdf>";
+
+#[test]
+fn light_of_blends_is_measured_once() {
+    // Photons go on from a blend's mirrors and glass, and are connected from its matt part.
+    let mirror = blended("0.6, 0.3, -0.5", 0.4, MATT, "<bsdf type=\"conductor\"/>");
+    let glass = blended("-0.5, 0, -0.4", 0.5, MATT, "<bsdf type=\"dielectric\"/>");
+    let scene = room(&film(16, 12, BOX), FLOOR, &[&mirror, &glass, LAMP]);
+    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 22));
+    let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
+    assert_eq!(methods, [Finder::Photons, Finder::PhotonMap, Finder::Path]);
+    assert!(report.notices.is_empty(), "{:?}", report.notices);
+    let settings = PathSettings {
+        seed: 1,
+        ..PathSettings::default()
+    };
+    let truth = image(&scene, settings, 1 << 13);
+    let layer = |image, of| class(image, of).unwrap();
+    for one in [PathClass::Direct, PathClass::Indirect, PathClass::Caustic] {
+        assert_same(one.name(), layer(&found, one), layer(&truth, one));
+    }
+    let seen = PathClass::SeenCaustic;
+    assert_mapped(layer(&found, seen), &report, layer(&truth, seen));
+    // Photons end at its rough parts, where paths go on: light of a smooth mirror is looked up there.
+    let rough = "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.3\"/></bsdf>";
+    let rough = blended("-0.5, 0, -0.4", 0.5, MATT, rough);
+    let scene = room(&film(16, 12, BOX), FLOOR, &[&rough, MIRROR, LAMP]);
+    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 22));
+    let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
+    assert_eq!(
+        methods,
+        [Finder::PhotonMap, Finder::PhotonMap, Finder::Path]
+    );
+    let truth = image(&scene, settings, 1 << 13);
+    for one in [PathClass::Direct, PathClass::Indirect] {
+        assert_same(one.name(), layer(&found, one), layer(&truth, one));
+    }
+    for one in [PathClass::Caustic, PathClass::SeenCaustic] {
+        assert_mapped(layer(&found, one), &report, layer(&truth, one));
+    }
+}
+
 #[test]
 fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
     use Finder::{Beams, Path, PhotonMap, Photons};
@@ -387,6 +439,11 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
          <boolean name=\"raw\" value=\"true\"/><string name=\"filename\" value=\"{height}\"/></texture>\
          <bsdf type=\"dielectric\"/></bsdf></shape>"
     );
+    let mirror = blended("0.6, 0.3, -0.5", 0.4, MATT, "<bsdf type=\"conductor\"/>");
+    let gloss = "<bsdf type=\"roughconductor\"/>";
+    let gloss = blended("0.6, 0.3, -0.5", 0.4, MATT, gloss);
+    let weight = "<texture name=\"weight\" type=\"checkerboard\"/>";
+    let painted = mirror.replace("<float name=\"weight\" value=\"0.6\"/>", weight);
     let board = "<shape type=\"sphere\"><emitter type=\"area\"><texture type=\"checkerboard\" name=\"radiance\"/>\
         </emitter></shape>";
     let along = "<shape type=\"disk\"><emitter type=\"directionalarea\"/></shape>";
@@ -457,6 +514,22 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
             &["\"floor\" (plastic)", "caustic-indirect"],
         ),
         (FLOOR, &[&bumpy, LAMP], Path, Path, &["(bumpmap)"]),
+        (
+            FLOOR,
+            &[&mirror, POINT],
+            Photons,
+            PhotonMap,
+            &["caustic-indirect"],
+        ),
+        (
+            FLOOR,
+            &[&painted, LAMP],
+            Path,
+            Path,
+            &["\"blended\" has a blendbsdf with a mirror or glass, whose weight is a texture"],
+        ),
+        (FLOOR, &[FROSTED, LAMP], Photons, Path, &[]),
+        (FLOOR, &[FROSTED, &gloss, LAMP], PhotonMap, Path, &[]),
     ] {
         let scene = room(&film(4, 4, BOX), floor, more);
         let plan = plan(&scene);

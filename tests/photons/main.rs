@@ -6,6 +6,7 @@
 
 mod absorption;
 mod along_normals;
+mod blends;
 mod bounds;
 mod closed_form_monte_carlo;
 mod closed_form_scenes;

@@ -66,8 +66,10 @@ fn check_eval(bsdf: &Bsdf, case: &str, numbers: &[f64]) -> Result<(), String> {
         bsdf.eval(wi, wo, Transport::Radiance),
         &numbers[4..7],
     )?;
-    // Mitsuba leaves turned normals out of the adjoint.
-    if !case.contains("map\"") {
+    // Mitsuba leaves turned normals out of the adjoint. At grazing angles its thin sheet lets light through one way
+    // only: the adjoint has that of the other way.
+    let is_lopsided = case.contains("principledthin") && wi.z * wo.z < 0.0;
+    if !case.contains("map\"") && !is_lopsided {
         check_rgb(
             "adjoint",
             bsdf.eval(wi, wo, Transport::Flux),

@@ -221,6 +221,80 @@ fn weights_add_up_to_the_value_and_no_surface_makes_light() {
     }
 }
 
+/// f is linear in the parts of a blend, delta lobes too: (1 − w) f₀ + w f₁. So is what samples of it average to.
+///
+/// (Mitsuba 3.9.1 darkens a mirror beside a density: see `tests/mitsuba/bsdf_oracle.py`.)
+#[test]
+fn a_blend_is_as_bright_as_its_parts_in_their_shares() {
+    let matt = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.7, 0.4, 0.2\"/></bsdf>";
+    let gold = "<bsdf type=\"conductor\"><string name=\"material\" value=\"Au\"/></bsdf>";
+    let rough = "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.3\"/></bsdf>";
+    let glass = "<bsdf type=\"dielectric\"/>";
+    let both = format!("<bsdf type=\"twosided\">{gold}</bsdf>");
+    let sheet = "<bsdf type=\"principledthin\"><float name=\"spec_trans\" value=\"0.5\"/>\
+        <float name=\"diff_trans\" value=\"1.5\"/></bsdf>";
+    let weight = 0.3;
+    for [first, second] in [
+        [matt, gold],
+        [gold, matt],
+        [matt, rough],
+        [glass, gold],
+        [glass, matt],
+        [&both, matt],
+        [&both, sheet],
+    ] {
+        let blend = format!(
+            "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"{weight}\"/>{first}{second}</bsdf>"
+        );
+        let of = |case: &str| Surface::square(case, DVec2::splat(0.5));
+        let surfaces = [of(&blend), of(first), of(second)];
+        for (theta, phi) in WI {
+            for mode in [Transport::Radiance, Transport::Flux] {
+                let [blend, first, second] = surfaces
+                    .each_ref()
+                    .map(|surface| albedo(&surface.bsdf(), direction(theta, phi), mode).all);
+                let expected = first[0] * (1.0 - weight) + second[0] * weight;
+                for c in 0..3 {
+                    // Five standard errors, and roundings where there is none.
+                    let errors = [blend, first, second].map(|it| it[1].0[c].powi(2));
+                    let error = 5.0 * errors.iter().sum::<f64>().sqrt() + 1e-12;
+                    assert!(
+                        (blend[0].0[c] - expected.0[c]).abs() <= error,
+                        "{theta}, {phi}, {mode:?}: {:?}, not {expected:?}",
+                        blend[0]
+                    );
+                    assert!(error < 0.06, "{error}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn samples_of_a_blend_have_the_density_of_all_of_its_parts() {
+    let case = "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.3\"/><bsdf type=\"diffuse\"/>\
+        <bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.3\"/></bsdf></bsdf>";
+    let surface = Surface::square(case, DVec2::splat(0.5));
+    let bsdf = surface.bsdf();
+    let (wi, stream) = (direction(40.0, 25.0), Stream::new(StreamKind::Sobol, 3));
+    let mut counts = [0; 2];
+    for index in 0..256 {
+        let [a, b, c, _] = stream.point4(index);
+        for mode in [Transport::Radiance, Transport::Flux] {
+            let Some(sample) = bsdf.sample(wi, [a, b, c], mode) else {
+                continue;
+            };
+            counts[usize::from(sample.scattering == Scattering::Diffuse)] += 1;
+            let density = bsdf.pdf_solid_angle(wi, sample.wo);
+            let weight = bsdf.eval(wi, sample.wo, mode).0[0] / density;
+            // Some roundings, amplified by the slope of the lobe: by 100 at most.
+            assert!((sample.pdf_solid_angle / density - 1.0).abs() < 1e-12);
+            assert!((sample.weight.0[0] / weight - 1.0).abs() < 1e-12);
+        }
+    }
+    assert!(counts.into_iter().min() > Some(100), "{counts:?}");
+}
+
 #[test]
 fn lossless_smooth_interfaces_keep_all_flux_in_every_sample() {
     let eta = 1.5046 / 1.000277;

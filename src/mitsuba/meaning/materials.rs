@@ -9,14 +9,17 @@ use super::textures::Textures;
 use super::{ior, metals};
 use crate::mitsuba::error::LoadError;
 use crate::mitsuba::files::Files;
-use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree, shortened};
+use crate::mitsuba::syntax::{ObjectIndex, ObjectKind, Tree, Value, shortened};
 use crate::optics::{FacetDistribution, RoughTransmittance};
 use crate::radiometry::Rgb;
-use crate::scene::{Coat, Color, Material, MaterialId, NormalTurn, Principled, Roughness};
+use crate::scene::{
+    Coat, Color, Material, MaterialId, NormalTurn, Principled, PrincipledThin, Roughness, Scalar,
+};
 use crate::setting::did_you_mean;
 
 /// Every plugin that becomes a material.
-const MODELLED: [&str; 14] = [
+const MODELLED: [&str; 16] = [
+    "blendbsdf",
     "bumpmap",
     "conductor",
     "dielectric",
@@ -26,6 +29,7 @@ const MODELLED: [&str; 14] = [
     "null",
     "plastic",
     "principled",
+    "principledthin",
     "roughconductor",
     "roughdielectric",
     "roughplastic",
@@ -35,6 +39,9 @@ const MODELLED: [&str; 14] = [
 
 /// The reflectance of `diffuse` if the file gives none, and of a shape without a bsdf.
 const DEFAULT_REFLECTANCE: f64 = 0.5;
+
+/// Most plain materials in a blend and the blends in it: each is evaluated by itself, and blends may share them.
+const MAX_BLENDED: usize = 64;
 
 /// Mitsuba's roughness if the file gives none.
 const DEFAULT_ALPHA: f64 = 0.1;
@@ -129,6 +136,8 @@ impl Materials {
             "plastic" => Material::Plastic(self.coat(tree, &plugin, files)?),
             "roughplastic" => self.rough_plastic(tree, &plugin, files)?,
             "principled" => self.principled(tree, &plugin, files)?,
+            "principledthin" => self.principled_thin(tree, &plugin, files)?,
+            "blendbsdf" => self.blend(tree, &plugin, files)?,
             "null" => Material::Null,
             "mask" => Material::Mask {
                 opacity: self.textures.share(tree, &plugin, "opacity", 0.5, files)?,
@@ -253,6 +262,124 @@ impl Materials {
             clearcoat: part("clearcoat")?,
             clearcoat_gloss: part("clearcoat_gloss")?,
         })))
+    }
+
+    /// A thin sheet. Sampling rates change how Mitsuba samples, and no result.
+    fn principled_thin(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Material, LoadError> {
+        for rate in [
+            "diffuse_reflectance_sampling_rate",
+            "diffuse_transmittance_sampling_rate",
+            "specular_reflectance_sampling_rate",
+            "specular_transmittance_sampling_rate",
+        ] {
+            plugin.float_or(rate, 1.0)?;
+        }
+        let base_color = self
+            .textures
+            .color(tree, plugin, "base_color", 0.5, files)?;
+        let diff_trans = self
+            .textures
+            .scalar(tree, plugin, "diff_trans", 0.0, files)?;
+        if let (Scalar::Constant(number), Some(found)) = (diff_trans, plugin.find("diff_trans"))
+            && number > 2.0
+        {
+            let message = format!("must lie in 0..=2, but is {number}");
+            return Err(plugin.parameter_error(found.property.at, "diff_trans", message));
+        }
+        let mut share = |name, default| self.textures.share(tree, plugin, name, default, files);
+        let roughness = share("roughness", 0.5)?;
+        let mut part = |name| share(name, 0.0);
+        Ok(Material::PrincipledThin(Box::new(PrincipledThin {
+            base_color,
+            roughness,
+            anisotropic: part("anisotropic")?,
+            spec_trans: part("spec_trans")?,
+            eta: plugin.positive_or("eta", 1.5)?,
+            spec_tint: part("spec_tint")?,
+            sheen: part("sheen")?,
+            sheen_tint: part("sheen_tint")?,
+            flatness: part("flatness")?,
+            diff_trans,
+        })))
+    }
+
+    /// Two bsdfs, in the file's order: a weight of 0 is the first, 1 the second.
+    fn blend(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Material, LoadError> {
+        let weight = self.weight(tree, plugin, files)?;
+        let parts = plugin.children(ObjectKind::Bsdf);
+        let [(first, _), (second, _)] = parts[..] else {
+            let message = format!("needs two nested bsdfs, not {}", parts.len());
+            return Err(plugin.error(message));
+        };
+        let nested = [
+            self.read(tree, first, files)?,
+            self.read(tree, second, files)?,
+        ];
+        let [of_first, of_second] = nested.map(|id| &self.list[id.0 as usize]);
+        match (weight, of_first, of_second) {
+            // One of them alone: methods that take no blends take it.
+            (Scalar::Constant(0.0), only, _) | (Scalar::Constant(1.0), _, only) => Ok(only.clone()),
+            // A blend with nothing is a mask.
+            (opacity, Material::Null, _) => Ok(Material::Mask {
+                opacity,
+                nested: nested[1],
+            }),
+            (Scalar::Constant(weight), _, Material::Null) => Ok(Material::Mask {
+                opacity: Scalar::Constant(1.0 - weight),
+                nested: nested[0],
+            }),
+            (Scalar::Texture(_), _, Material::Null) => Err(plugin.error(
+                "cannot hold a null as its second bsdf if its weight is a texture: make it the first, with the \
+                 texture's complement",
+            )),
+            (_, Material::Mask { .. }, _) | (_, _, Material::Mask { .. }) => Err(plugin.error(
+                "cannot hold a mask: blend what the mask holds, and put the mask around the blendbsdf",
+            )),
+            _ => {
+                let count: usize = nested.into_iter().map(|part| self.count(part)).sum();
+                if count > MAX_BLENDED {
+                    let message = format!(
+                        "holds {count} materials, with those of blends in it; at most {MAX_BLENDED} are allowed"
+                    );
+                    return Err(plugin.error(message));
+                }
+                Ok(Material::Blend { weight, nested })
+            }
+        }
+    }
+
+    /// The number of plain materials in a material.
+    fn count(&self, id: MaterialId) -> usize {
+        let nested = self.list[id.0 as usize].nested();
+        let count: usize = nested.map(|part| self.count(part)).sum();
+        count.max(1)
+    }
+
+    /// The weight of a blend, which Mitsuba brings to 0..=1.
+    fn weight(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        files: &mut Files,
+    ) -> Result<Scalar, LoadError> {
+        match plugin.find("weight").map(|found| found.value) {
+            None => Err(plugin.error("needs the parameter \"weight\"")),
+            Some(Value::Float(_) | Value::Integer(_)) => {
+                let weight = plugin.float_or("weight", 0.0)?;
+                Ok(Scalar::Constant(weight.clamp(0.0, 1.0)))
+            }
+            Some(_) => self.textures.share(tree, plugin, "weight", 0.0, files),
+        }
     }
 
     fn dielectric(
@@ -383,13 +510,16 @@ impl Materials {
         let flip_invalid_normals = plugin.boolean_or("flip_invalid_normals", true)?;
         let use_shadowing_function = plugin.boolean_or("use_shadowing_function", true)?;
         let nested = self.nested(tree, plugin, files)?;
-        let inside = &self.list[nested.0 as usize];
-        if inside.nested().next().is_some() || *inside == Material::Null {
-            let message = format!(
-                "cannot hold a {}: wrap it around the {} instead",
-                inside.plugin(),
-                plugin.name()
-            );
+        if let Some(wrapper) = self.outer_wrapper(nested) {
+            let name = plugin.name();
+            let inside = &self.list[nested.0 as usize];
+            let message = if matches!(inside, Material::Blend { .. }) {
+                format!(
+                    "cannot hold a blendbsdf that holds a {wrapper}: put a {name} into the {wrapper} instead"
+                )
+            } else {
+                format!("cannot hold a {wrapper}: wrap it around the {name} instead")
+            };
             return Err(plugin.error(message));
         }
         Ok(Material::Turned {
@@ -398,6 +528,22 @@ impl Materials {
             use_shadowing_function,
             nested,
         })
+    }
+
+    /// The first material that is or is part of a blend, and must be outside of turned normals; `None` if there
+    /// is none.
+    fn outer_wrapper(&self, id: MaterialId) -> Option<&'static str> {
+        let material = &self.list[id.0 as usize];
+        match material {
+            Material::Blend { nested, .. } => {
+                nested.iter().find_map(|part| self.outer_wrapper(*part))
+            }
+            Material::Null
+            | Material::Mask { .. }
+            | Material::TwoSided { .. }
+            | Material::Turned { .. } => Some(material.plugin()),
+            _ => None,
+        }
     }
 
     fn two_sided(
@@ -442,9 +588,11 @@ impl Materials {
             | Material::RoughPlastic { .. } => true,
             Material::Principled(principled) => !principled.spec_trans.may_exceed_zero(),
             Material::Turned { nested, .. } => self.is_one_sided(*nested),
+            Material::Blend { nested, .. } => nested.iter().all(|part| self.is_one_sided(*part)),
             Material::Dielectric { .. }
             | Material::ThinDielectric { .. }
             | Material::RoughDielectric { .. }
+            | Material::PrincipledThin(_)
             | Material::Null
             | Material::Mask { .. }
             | Material::TwoSided { .. } => false,

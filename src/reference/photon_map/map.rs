@@ -93,9 +93,10 @@ fn scatters(scene: &Scene, id: MaterialId) -> bool {
         | Material::ThinDielectric { .. }
         | Material::Conductor { .. }
         | Material::Null => false,
-        Material::Mask { .. } | Material::TwoSided { .. } | Material::Turned { .. } => {
-            material.nested().any(|id| scatters(scene, id))
-        }
+        Material::Mask { .. }
+        | Material::TwoSided { .. }
+        | Material::Blend { .. }
+        | Material::Turned { .. } => material.nested().any(|id| scatters(scene, id)),
         _ => true,
     }
 }

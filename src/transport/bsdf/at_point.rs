@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::layer::{BsdfLayer, LayerView};
+use super::layer::{BsdfLayer, LayerList, LayerView};
 use super::sample::{BsdfSample, Scattering, Transport, cosine_hemisphere};
 use crate::geometry::Frame;
 use crate::radiometry::Rgb;
@@ -20,27 +20,26 @@ pub struct Bsdf<'a> {
     pub(super) frame: Frame,
     /// The share that passes without an event.
     pub(super) passed: f64,
-    /// The layer on the front. Light on the back meets it, too, unless there is a `back`.
-    pub(super) front: BsdfLayer<'a>,
-    /// The layer on the back of a two-sided surface.
-    pub(super) back: Option<BsdfLayer<'a>>,
+    /// What light on the front meets, and on the back, too, unless there is a `back`.
+    pub(super) front: LayerList<'a>,
+    /// What light on the back of a two-sided surface meets.
+    pub(super) back: Option<LayerList<'a>>,
 }
 
 impl<'a> Bsdf<'a> {
     /// True if no direction has a density: there are delta lobes and passing light, or nothing at all.
     #[inline]
     pub fn is_delta(&self) -> bool {
-        self.front.lobe.is_delta() && self.back.as_ref().is_none_or(|back| back.lobe.is_delta())
+        self.front.is_delta() && self.back.as_ref().is_none_or(LayerList::is_delta)
     }
 
     /// True if a path from `wi` meets a rough interface, with the normal of the surface: photons go on there.
+    /// They do not from the rough parts of a blend.
     #[inline]
     pub fn is_glossy(&self, wi: DVec3) -> bool {
-        let layer = match &self.back {
-            Some(back) if wi.dot(self.frame.n) < 0.0 => back,
-            _ => &self.front,
-        };
-        layer.turned.is_none() && layer.lobe.is_glossy()
+        let layers = self.layers(wi.dot(self.frame.n));
+        let is_met = |it: &BsdfLayer| it.turned.is_none() && it.lobe.is_glossy();
+        layers.one().is_some_and(is_met)
     }
 
     /// The share (0..=1) of light that goes straight on without an event: all of it at a null surface, one
@@ -74,14 +73,11 @@ impl<'a> Bsdf<'a> {
     }
 
     fn eval_radiance(&self, wi: DVec3, wo: DVec3) -> Rgb {
-        let view = self.view(wi);
-        match view.to_lobe(self.frame.to_local(wo)) {
-            Some(to) => {
-                let shadowing = view.shadowing(&to);
-                view.layer.lobe.eval(view.wi, to.wo) * (shadowing * (1.0 - self.passed))
-            }
-            None => Rgb::BLACK,
-        }
+        let [wi, wo] = [wi, wo].map(|w| self.frame.to_local(w));
+        let opacity = 1.0 - self.passed;
+        let layers = self.layers(wi.z).all().iter();
+        let values = layers.map(|it| LayerView::new(it, wi).eval(wo, it.weight * opacity));
+        values.fold(Rgb::BLACK, |sum, value| sum + value)
     }
 
     fn eval_flux(&self, wi: DVec3, wo: DVec3) -> Rgb {
@@ -97,13 +93,15 @@ impl<'a> Bsdf<'a> {
     /// Its integral over the sphere is the probability that `sample` chooses such a lobe. That is below 1 if
     /// there are delta lobes or passing light beside it, or if some choices lead nowhere.
     ///
-    /// Both transports sample alike, except for flux if a texture turns the normal:
+    /// Both transports sample alike, except for flux if a texture turns the normal, or at a thin sheet:
     /// [`BsdfSample::pdf_solid_angle`] is always the density of the sample.
     pub fn pdf_solid_angle(&self, wi: DVec3, wo: DVec3) -> f64 {
-        let view = self.view(wi);
-        view.to_lobe(self.frame.to_local(wo)).map_or(0.0, |to| {
-            view.layer.lobe.pdf(view.wi, to.wo) * (1.0 - self.passed)
-        })
+        let [wi, wo] = [wi, wo].map(|w| self.frame.to_local(w));
+        let opacity = 1.0 - self.passed;
+        let layers = self.layers(wi.z).all().iter();
+        layers
+            .map(|it| LayerView::new(it, wi).pdf(wo, it.weight * opacity))
+            .sum()
     }
 
     /// A direction to go on along; `None` if the path ends.
@@ -123,14 +121,12 @@ impl<'a> Bsdf<'a> {
             });
         }
         let u = [(u[0] / opacity).min(BELOW_ONE), u[1], u[2]];
-        let view = self.view(wi);
+        let local = self.frame.to_local(wi);
         match mode {
-            Transport::Radiance => self.sample_radiance(&view, u),
-            Transport::Flux if view.is_turned() && !view.layer.lobe.is_delta() => {
-                self.sample_turned_flux(&view, wi, u)
-            }
+            Transport::Radiance => self.sample_radiance(wi, local, u).map(|(sample, _)| sample),
+            Transport::Flux if self.has_gaps(local) => self.sample_flux_all_round(wi, local, u),
             Transport::Flux => {
-                let sample = self.sample_radiance(&view, u)?;
+                let (sample, view) = self.sample_radiance(wi, local, u)?;
                 let weight = if sample.is_delta {
                     self.adjoint_weight(&view, wi, &sample)?
                 } else {
@@ -141,28 +137,60 @@ impl<'a> Bsdf<'a> {
         }
     }
 
-    fn sample_radiance(&self, view: &LayerView, u: [f64; 3]) -> Option<BsdfSample> {
-        let sampled = view.layer.lobe.sample(view.wi, u)?;
+    /// True if light from `local`, in the shading frame, goes on along directions to which no sample for
+    /// radiance leads: see [`Self::sample_flux_all_round`].
+    fn has_gaps(&self, local: DVec3) -> bool {
+        let mut layers = self.layers(local.z).all().iter();
+        layers.any(|it| it.turned.is_some() && !it.lobe.is_delta() || it.lobe.is_lopsided())
+    }
+
+    /// A direction, and the layer that sent the path there. `local` is `wi` in the shading frame.
+    fn sample_radiance(
+        &self,
+        wi: DVec3,
+        local: DVec3,
+        u: [f64; 3],
+    ) -> Option<(BsdfSample, LayerView<'_, 'a>)> {
+        let layers = self.layers(local.z);
+        let (layer, choice) = layers.choose(u[0]);
+        let view = LayerView::new(layer, local);
+        let sampled = layer.lobe.sample(view.wi, [choice, u[1], u[2]])?;
         let to = view.leave_lobe(sampled.wo)?;
-        Some(BsdfSample {
+        let mut sample = BsdfSample {
             wo: self.frame.to_world(to.unmirrored),
             weight: sampled.weight * view.shadowing(&to),
-            pdf_solid_angle: sampled.pdf * (1.0 - self.passed),
+            pdf_solid_angle: sampled.pdf * (layer.weight * (1.0 - self.passed)),
             is_delta: sampled.is_delta,
             eta: sampled.eta,
             scattering: sampled.scattering,
-        })
+        };
+        if layers.one().is_none() && !sample.is_delta {
+            // Other layers may send paths there, too.
+            sample.pdf_solid_angle = self.pdf_solid_angle(wi, sample.wo);
+            if sample.pdf_solid_angle <= 0.0 {
+                return None;
+            }
+            sample.weight = self.eval_radiance(wi, sample.wo) / sample.pdf_solid_angle;
+        }
+        Some((sample, view))
     }
 
     /// Samples for flux with a turned normal: half of them as for radiance, half with the cosine's density.
     ///
     /// A turned normal that faces away from the viewer is turned back towards him. So light from `wi` also
     /// goes on to viewers that the normal as seen from `wi` faces away from. That normal never samples them.
-    fn sample_turned_flux(&self, view: &LayerView, wi: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+    /// Facets of a thin sheet are seen from one end of a path and not from the other, at grazing angles.
+    fn sample_flux_all_round(&self, wi: DVec3, local: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let opacity = 1.0 - self.passed;
         let own = 2.0 * u[0];
         let mut sample = if own < 1.0 {
-            self.sample_radiance(view, [own, u[1], u[2]])?
+            let (mut sample, view) = self.sample_radiance(wi, local, [own, u[1], u[2]])?;
+            if sample.is_delta {
+                sample.weight = self.adjoint_weight(&view, wi, &sample)? * 2.0;
+                sample.pdf_solid_angle *= 0.5;
+                return Some(sample);
+            }
+            sample
         } else {
             let mut local = cosine_hemisphere([u[1], u[2]]);
             // Light may leave on either side: the second half of the number is as good as a new one.
@@ -178,11 +206,6 @@ impl<'a> Bsdf<'a> {
                 scattering: Scattering::Diffuse,
             }
         };
-        if sample.is_delta {
-            sample.weight = self.adjoint_weight(view, wi, &sample)? * 2.0;
-            sample.pdf_solid_angle *= 0.5;
-            return Some(sample);
-        }
         let cosine = sample.wo.dot(self.frame.n).abs();
         let even = 0.5 * opacity * FRAC_1_PI * cosine;
         sample.pdf_solid_angle = 0.5 * (self.pdf_solid_angle(wi, sample.wo) + even);
@@ -199,17 +222,21 @@ impl<'a> Bsdf<'a> {
     /// that of the path the other way round.
     fn adjoint_weight(&self, view: &LayerView, wi: DVec3, sample: &BsdfSample) -> Option<Rgb> {
         let n = self.geometric_normal;
-        let to = view.to_lobe(self.frame.to_local(sample.wo))?;
+        let wo = self.frame.to_local(sample.wo);
+        let to = view.to_lobe(wo)?;
         let veach = (view.wi.z * sample.wo.dot(n)) / (to.wo.z * wi.dot(n));
-        let shadowing =
-            self.view(sample.wo).shadowing_of(self.frame.to_local(wi)) / view.shadowing(&to);
+        let back = LayerView::new(view.layer, wo);
+        let shadowing = back.shadowing_of(self.frame.to_local(wi)) / view.shadowing(&to);
         let factor = sample.eta * sample.eta * veach.abs() * shadowing;
         (factor.is_finite() && factor > 0.0).then(|| sample.weight * factor)
     }
 
-    /// The layer that a path from `wi` meets.
+    /// The layers that a path meets from a direction with this height over the shading plane.
     #[inline]
-    fn view(&self, wi: DVec3) -> LayerView<'_, 'a> {
-        LayerView::new(&self.front, self.back.as_ref(), self.frame.to_local(wi))
+    fn layers(&self, height: f64) -> &LayerList<'a> {
+        match &self.back {
+            Some(back) if height < 0.0 => back,
+            _ => &self.front,
+        }
     }
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::plastic::{Plastic, RoughPlastic};
 use super::principled::PrincipledLobe;
+use super::principled_thin::PrincipledThinLobe;
 use super::rough::{RoughInterface, RoughMetal};
 use super::sample::{LobeSample, Scattering, cosine_hemisphere};
 use super::smooth::{Interface, SmoothMetal};
@@ -27,6 +28,8 @@ pub(super) enum Lobe<'a> {
     RoughPlastic(RoughPlastic<'a>),
     /// Apart, since it is much larger than the others.
     Principled(Box<PrincipledLobe>),
+    /// Apart, too.
+    PrincipledThin(Box<PrincipledThinLobe>),
 }
 
 impl Lobe<'_> {
@@ -45,6 +48,12 @@ impl Lobe<'_> {
         matches!(self, Self::RoughDielectric(_) | Self::RoughConductor(_))
     }
 
+    /// True if light goes on from one direction to another, and by the same lobe none the other way round.
+    #[inline]
+    pub fn is_lopsided(&self) -> bool {
+        matches!(self, Self::PrincipledThin(sheet) if sheet.spec_trans > 0.0)
+    }
+
     /// f |cos θₒ| of all lobes but delta lobes.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Rgb {
         match self {
@@ -55,6 +64,7 @@ impl Lobe<'_> {
             Self::Plastic(plastic) => plastic.eval(wi, wo),
             Self::RoughPlastic(plastic) => plastic.eval(wi, wo),
             Self::Principled(principled) => principled.eval(wi, wo),
+            Self::PrincipledThin(sheet) => sheet.eval(wi, wo),
         }
     }
 
@@ -68,6 +78,7 @@ impl Lobe<'_> {
             Self::Plastic(plastic) => plastic.pdf(wi, wo),
             Self::RoughPlastic(plastic) => plastic.pdf(wi, wo),
             Self::Principled(principled) => principled.pdf(wi, wo),
+            Self::PrincipledThin(sheet) => sheet.pdf(wi, wo),
         }
     }
 
@@ -95,6 +106,7 @@ impl Lobe<'_> {
             Self::Plastic(plastic) => plastic.sample(wi, u),
             Self::RoughPlastic(plastic) => plastic.sample(wi, u),
             Self::Principled(principled) => principled.sample(wi, u),
+            Self::PrincipledThin(sheet) => sheet.sample(wi, u),
         }
     }
 }

@@ -38,10 +38,12 @@
 
 mod at_point;
 mod check;
+mod disney;
 mod layer;
 mod lobe;
 mod plastic;
 mod principled;
+mod principled_thin;
 mod resolve;
 mod rough;
 mod sample;

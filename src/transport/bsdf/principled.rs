@@ -16,12 +16,12 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::DVec3;
 
+use super::disney::{matt_shape, schlick, sheen, tinted};
 use super::rough::{spread, weighed};
 use super::sample::{LobeSample, Scattering, cosine_hemisphere};
 use crate::numeric::math;
 use crate::optics::{Microfacets, dielectric_reflectance, reflect, refract};
 use crate::radiometry::Rgb;
-use crate::scene::luminance;
 
 /// The material at a point. All numbers but `eta` are in 0..=1.
 #[derive(Clone, Debug)]
@@ -40,13 +40,6 @@ pub(super) struct PrincipledLobe {
     pub flatness: f64,
     pub clearcoat: f64,
     pub clearcoat_gloss: f64,
-}
-
-/// The roughness α of the main interface along both tangents (Burley 2012, 5.4).
-pub(super) fn alphas(roughness: f64, anisotropic: f64) -> [f64; 2] {
-    let aspect = (1.0 - 0.9 * anisotropic).sqrt();
-    let alpha = roughness * roughness;
-    [alpha / aspect, alpha * aspect].map(|alpha| alpha.max(0.001))
 }
 
 /// Two directions, and the facet that sends light from one to the other.
@@ -168,22 +161,9 @@ impl PrincipledLobe {
         }
         let cos = pair.wi.dot(pair.m);
         let dielectric = 1.0 - self.metallic;
-        let amplitude = (self.eta - 1.0) / (self.eta + 1.0);
-        let normal = amplitude * amplitude;
         self.base_color.map(|r0| schlick(r0, cos, self.eta)) * self.metallic
-            + self.hue().map(|hue| schlick(hue * normal, cos, self.eta))
-                * (dielectric * self.spec_tint)
+            + tinted(self.base_color, cos, self.eta) * (dielectric * self.spec_tint)
             + Rgb::grey(dielectric * (1.0 - self.spec_tint) * pair.reflectance)
-    }
-
-    /// The base's colour with luminance 1; white if it is black.
-    fn hue(&self) -> Rgb {
-        let luminance = luminance(self.base_color);
-        if luminance > 0.0 {
-            self.base_color / luminance
-        } else {
-            Rgb::WHITE
-        }
     }
 
     /// The second coat's f cos θₒ.
@@ -216,19 +196,12 @@ impl PrincipledLobe {
 
     /// The matt base and the sheen on it, f cos θₒ.
     fn matt(&self, pair: &Pair) -> Rgb {
-        let (cos_i, cos_o) = (pair.wi.z, pair.wo.z);
-        let [fi, fo] = [cos_i, cos_o].map(schlick_weight);
+        let cos_o = pair.wo.z;
         let cos_d = pair.m.dot(pair.wo);
-        let diffuse = (1.0 - 0.5 * fi) * (1.0 - 0.5 * fo);
-        let rr = 2.0 * self.roughness * cos_d * cos_d;
-        let retro = rr * (fo + fi + fo * fi * (rr - 1.0));
-        let ss90 = 0.5 * rr;
-        let ss = (1.0 + (ss90 - 1.0) * fo) * (1.0 + (ss90 - 1.0) * fi);
-        let flat = 1.25 * (ss * (1.0 / (cos_o + cos_i) - 0.5) + 0.5);
-        let shape = diffuse + retro + (flat - diffuse - retro) * self.flatness;
+        let shape = matt_shape([pair.wi.z, cos_o], cos_d, self.roughness, self.flatness);
         let base = self.base_color * (self.base() * FRAC_1_PI * shape);
-        let tint = Rgb::WHITE + (self.hue() - Rgb::WHITE) * self.sheen_tint;
-        let sheen = tint * (self.sheen * (1.0 - self.metallic) * schlick_weight(cos_d.abs()));
+        let strength = self.sheen * (1.0 - self.metallic);
+        let sheen = sheen(self.base_color, self.sheen_tint, strength, cos_d);
         (base + sheen) * cos_o
     }
 
@@ -283,23 +256,6 @@ impl PrincipledLobe {
         }
         weighed(self.eval(wi, wo), self.pdf(wi, wo), wo, eta, scattering)
     }
-}
-
-/// (1 − cos θ)⁵.
-fn schlick_weight(cos: f64) -> f64 {
-    let m = (1.0 - cos).clamp(0.0, 1.0);
-    m * m * m * m * m
-}
-
-/// Schlick's reflectance of an interface seen from the front: by the angle inside if that is the larger one.
-fn schlick(r0: f64, cos: f64, eta: f64) -> f64 {
-    let weight = if eta > 1.0 {
-        schlick_weight(cos)
-    } else {
-        let squared = 1.0 - (1.0 - cos * cos) / (eta * eta);
-        schlick_weight(squared.max(0.0).sqrt())
-    };
-    r0 + (1.0 - r0) * weight
 }
 
 /// Smith's visibility of GGX facets with α = 1/4, by which the second coat is shadowed.

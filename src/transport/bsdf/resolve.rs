@@ -3,10 +3,12 @@
 use glam::DVec3;
 
 use super::at_point::Bsdf;
-use super::layer::BsdfLayer;
+use super::disney::alphas;
+use super::layer::{BsdfLayer, LayerList};
 use super::lobe::Lobe;
 use super::plastic::{Base, Plastic, RoughPlastic};
-use super::principled::{PrincipledLobe, alphas};
+use super::principled::PrincipledLobe;
+use super::principled_thin::PrincipledThinLobe;
 use super::rough::{RoughInterface, RoughMetal};
 use super::smooth::{Interface, SmoothMetal};
 use super::turned::{TurnedNormal, raised};
@@ -14,7 +16,8 @@ use crate::geometry::{Frame, Hit, SurfacePoint};
 use crate::optics::{FacetDistribution, Microfacets};
 use crate::radiometry::Rgb;
 use crate::scene::{
-    Coat, Color, Material, NormalTurn, Principled, Roughness, Scalar, Scene, TexturePoint,
+    Coat, Color, Material, NormalTurn, Principled, PrincipledThin, Roughness, Scalar, Scene,
+    TexturePoint,
 };
 
 impl<'a> Bsdf<'a> {
@@ -46,14 +49,7 @@ impl<'a> Bsdf<'a> {
         if *material == Material::Null {
             opacity = 0.0;
         }
-        let (first, second) = match material {
-            Material::TwoSided { front, back } => {
-                (scene.material(*front), Some(scene.material(*back)))
-            }
-            _ => (material, None),
-        };
-        let uses_tangents = uses_tangents(scene, first)
-            || second.is_some_and(|material| uses_tangents(scene, material));
+        let uses_tangents = uses_tangents(scene, material);
         let frame = if uses_tangents {
             let [dp_du, _] = scene.world().tangents(hit, point);
             Frame::along(point.shading_normal, dp_du)
@@ -64,8 +60,8 @@ impl<'a> Bsdf<'a> {
             geometric_normal: point.geometric_normal,
             frame,
             passed: 1.0 - opacity,
-            front: here.layer(&frame, first),
-            back: second.map(|material| here.layer(&frame, material)),
+            front: here.layers(&frame, material, false),
+            back: has_two_sides(scene, material).then(|| here.layers(&frame, material, true)),
         }
     }
 }
@@ -77,10 +73,31 @@ fn uses_tangents(scene: &Scene, material: &Material) -> bool {
         Material::RoughConductor { roughness, .. }
         | Material::RoughDielectric { roughness, .. } => roughness.alpha_u != roughness.alpha_v,
         Material::Principled(principled) => principled.anisotropic.may_exceed_zero(),
+        Material::PrincipledThin(sheet) => sheet.anisotropic.may_exceed_zero(),
         _ => material
             .nested()
             .any(|id| uses_tangents(scene, scene.material(id))),
     }
+}
+
+/// True if its back has a material of its own, or part of it has.
+fn has_two_sides(scene: &Scene, material: &Material) -> bool {
+    match material {
+        Material::TwoSided { .. } => true,
+        Material::Blend { nested, .. } => nested
+            .iter()
+            .any(|id| has_two_sides(scene, scene.material(*id))),
+        _ => false,
+    }
+}
+
+/// The wrappers that are taken off a material on the way to a layer.
+#[derive(Clone, Copy)]
+struct Unwrapped {
+    on_back: bool,
+    is_mirrored: bool,
+    turned: Option<TurnedNormal>,
+    weight: f64,
 }
 
 /// The point at which textures are looked up.
@@ -100,27 +117,89 @@ impl<'a> Here<'a, '_> {
         self.scene.color(color, &self.texture)
     }
 
-    fn layer(&self, frame: &Frame, material: &'a Material) -> BsdfLayer<'a> {
-        let Material::Turned {
-            by,
-            flip_invalid_normals,
-            use_shadowing_function,
-            nested,
-        } = material
-        else {
-            return BsdfLayer {
-                lobe: self.lobe(material),
-                turned: None,
-            };
+    /// What light meets on one side.
+    fn layers(&self, frame: &Frame, material: &'a Material, on_back: bool) -> LayerList<'a> {
+        let mut wrappers = Unwrapped {
+            on_back,
+            is_mirrored: false,
+            turned: None,
+            weight: 1.0,
         };
-        let normal = self.turned_normal(frame, by);
+        let material = self.unwrap(frame, material, &mut wrappers);
+        if matches!(material, Material::Blend { .. }) {
+            let mut layers = Vec::new();
+            self.add(frame, material, wrappers, &mut layers);
+            LayerList::Blend(layers)
+        } else {
+            LayerList::One(self.layer(material, wrappers))
+        }
+    }
+
+    /// Adds the layers of a material: those of a blend's second part first, as Mitsuba divides its numbers.
+    fn add(
+        &self,
+        frame: &Frame,
+        material: &'a Material,
+        mut wrappers: Unwrapped,
+        layers: &mut Vec<BsdfLayer<'a>>,
+    ) {
+        let material = self.unwrap(frame, material, &mut wrappers);
+        let Material::Blend { weight, nested } = material else {
+            return layers.push(self.layer(material, wrappers));
+        };
+        let weight = match self.scalar(*weight) {
+            number if number.is_nan() => 0.0,
+            number => number.clamp(0.0, 1.0),
+        };
+        for (id, share) in [(nested[1], weight), (nested[0], 1.0 - weight)] {
+            if share > 0.0 {
+                let wrappers = Unwrapped {
+                    weight: wrappers.weight * share,
+                    ..wrappers
+                };
+                self.add(frame, self.scene.material(id), wrappers, layers);
+            }
+        }
+    }
+
+    /// Takes off wrappers, down to a plain material or a blend.
+    fn unwrap(
+        &self,
+        frame: &Frame,
+        mut material: &'a Material,
+        wrappers: &mut Unwrapped,
+    ) -> &'a Material {
+        loop {
+            match material {
+                Material::TwoSided { front, back } => {
+                    wrappers.is_mirrored = wrappers.on_back;
+                    let side = if wrappers.on_back { back } else { front };
+                    material = self.scene.material(*side);
+                }
+                Material::Turned {
+                    by,
+                    flip_invalid_normals,
+                    use_shadowing_function,
+                    nested,
+                } => {
+                    wrappers.turned = Some(TurnedNormal::new(
+                        self.turned_normal(frame, by),
+                        *flip_invalid_normals,
+                        *use_shadowing_function,
+                    ));
+                    material = self.scene.material(*nested);
+                }
+                _ => return material,
+            }
+        }
+    }
+
+    fn layer(&self, material: &'a Material, wrappers: Unwrapped) -> BsdfLayer<'a> {
         BsdfLayer {
-            lobe: self.lobe(self.scene.material(*nested)),
-            turned: Some(TurnedNormal::new(
-                normal,
-                *flip_invalid_normals,
-                *use_shadowing_function,
-            )),
+            lobe: self.lobe(material),
+            turned: wrappers.turned,
+            is_mirrored: wrappers.is_mirrored,
+            weight: wrappers.weight,
         }
     }
 
@@ -167,6 +246,22 @@ impl<'a> Here<'a, '_> {
             flatness: share(material.flatness),
             clearcoat: share(material.clearcoat),
             clearcoat_gloss: share(material.clearcoat_gloss),
+        }
+    }
+
+    fn principled_thin(&self, sheet: &PrincipledThin) -> PrincipledThinLobe {
+        let share = |scalar| self.scalar(scalar).clamp(0.0, 1.0);
+        PrincipledThinLobe {
+            base_color: self.color(sheet.base_color),
+            roughness: share(sheet.roughness),
+            anisotropic: share(sheet.anisotropic),
+            spec_trans: share(sheet.spec_trans),
+            eta: sheet.eta,
+            spec_tint: share(sheet.spec_tint),
+            sheen: share(sheet.sheen),
+            sheen_tint: share(sheet.sheen_tint),
+            flatness: share(sheet.flatness),
+            crossing: (0.5 * self.scalar(sheet.diff_trans)).clamp(0.0, 1.0),
         }
     }
 
@@ -249,9 +344,13 @@ impl<'a> Here<'a, '_> {
             Material::Principled(principled) => {
                 Lobe::Principled(Box::new(self.principled(principled)))
             }
+            Material::PrincipledThin(sheet) => {
+                Lobe::PrincipledThin(Box::new(self.principled_thin(sheet)))
+            }
             Material::Null
             | Material::Mask { .. }
             | Material::TwoSided { .. }
+            | Material::Blend { .. }
             | Material::Turned { .. } => Lobe::Black,
         }
     }

@@ -54,7 +54,7 @@ fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
     let folder = Folder::new();
     let rough = folder.write(
         "rough.xml",
-        "<scene version=\"3.0.0\">\n  <shape type=\"sphere\">\n    <bsdf type=\"principledthin\"/>\n  </shape>\n</scene>\n",
+        "<scene version=\"3.0.0\">\n  <shape type=\"sphere\">\n    <bsdf type=\"hair\"/>\n  </shape>\n</scene>\n",
     );
     let broken = folder.write(
         "broken.xml",
@@ -67,7 +67,7 @@ fn what_is_wrong_is_said_with_its_place_and_exits_with_2() {
     let cases: Vec<(Vec<&str>, Vec<&str>)> = vec![
         (
             vec!["render", &rough],
-            vec!["rough.xml:3:5", "principledthin", "dielectric"],
+            vec!["rough.xml:3:5", "hair", "dielectric"],
         ),
         (vec!["render", &broken], vec!["broken.xml:"]),
         (vec!["render", &missing], vec!["missing.xml"]),

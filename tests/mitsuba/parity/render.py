@@ -20,6 +20,8 @@ SEEDS = 32
 SAMPLES = 64
 # Scenes with more noise, or with few pixels that are independent, need more to show that images are the same to 1 %.
 MORE_SAMPLES = {
+    "bsdf-blendbsdf-smooth": 256,
+    "bsdf-principledthin-glass": 256,
     "bsdf-roughconductor-beckmann": 256,
     "emitter-area-rectangle": 256,
     "emitter-area-reflecting": 256,

@@ -139,6 +139,9 @@ def bsdfs():
             return bsdf(kind, distribution, number("alpha", alpha_u), *rest)
         return bsdf(kind, distribution, number("alpha_u", alpha_u), number("alpha_v", alpha_v), *rest)
 
+    def blend(weight, *parts):
+        return bsdf("blendbsdf", weight if isinstance(weight, str) else number("weight", weight), *parts)
+
     height = bitmap("map", "../height.png")
     normals = bitmap("normalmap")
     on_ball = {
@@ -164,6 +167,15 @@ def bsdfs():
         "principled-metal": bsdf("principled", HUE, number("roughness", 0.5), number("metallic", 0.8), number("anisotropic", 0.7),
                                  number("spec_tint", 0.5)),
         "principled-glass": bsdf("principled", HUE, number("roughness", 0.5), number("spec_trans", 0.9), number("eta", 1.5)),
+        "principledthin": bsdf("principledthin", HUE, number("roughness", 0.4), number("sheen", 0.7), number("sheen_tint", 0.5),
+                               number("flatness", 0.5), number("diff_trans", 0.8)),
+        "principledthin-glass": bsdf("principledthin", HUE, number("roughness", 0.6), number("spec_trans", 0.8), number("eta", 1.4),
+                                     number("anisotropic", 0.6), number("spec_tint", 0.5)),
+        # Without smooth mirrors beside a density, which Mitsuba 3.9.1 darkens: see bsdf_oracle.py.
+        "blendbsdf": blend(0.4, DIFFUSE, rough("roughconductor", GGX, 0.3, 0.3, GOLD)),
+        "blendbsdf-smooth": blend(0.4, bsdf("thindielectric", TINTS), bsdf("conductor", GOLD)),
+        "blendbsdf-nested": blend(0.7, rough("roughdielectric", GGX, 0.5, 0.5),
+                                  blend(0.4, rough("roughplastic", GGX, 0.3, 0.3, RED), bsdf("twosided", DIFFUSE))),
         "null": bsdf("null"),
         "mask": bsdf("mask", number("opacity", 0.3), DIFFUSE),
         "texture-checkerboard": bsdf("diffuse", checkerboard("reflectance")),
@@ -171,6 +183,9 @@ def bsdfs():
     on_square = {
         "mask-texture": bsdf("mask", bitmap("opacity"), bsdf("twosided", DIFFUSE)),
         "twosided": bsdf("twosided", DIFFUSE),
+        "blendbsdf-texture": blend(bitmap("weight"), DIFFUSE, rough("roughplastic", GGX, 0.2, 0.2)),
+        "blendbsdf-turned-away": blend(0.6, bsdf("twosided", bsdf("diffuse"), bsdf("bumpmap", height, number("scale", 0.3), DIFFUSE)),
+                                       bsdf("twosided", rough("roughconductor", GGX, 0.3, 0.1, GOLD))),
         "twosided-turned-away": bsdf("twosided", bsdf("diffuse"), rough("roughconductor", GGX, 0.3, 0.1, GOLD)),
         "bumpmap": bsdf("bumpmap", height, number("scale", 0.3), DIFFUSE),
         "bumpmap-roughplastic": bsdf("bumpmap", height, number("scale", 0.3), rough("roughplastic", GGX, 0.3, 0.3)),
@@ -196,7 +211,7 @@ def bsdfs():
         yield f"bsdf-{name}", scene(ball(material))
     for name, material in on_square.items():
         stands = square(material)
-        if name == "twosided-turned-away":
+        if name.endswith("turned-away"):
             stands = stands.replace('angle="60"', 'angle="-120"')
         yield f"bsdf-{name}", scene(stands)
     for name, material in on_mesh.items():
