@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Color, Emitter, Material, MaterialId, Object, Scene};
+use super::{Boundary, Color, Emitter, Material, MaterialId, Object, Scene};
 use crate::geometry::Shape;
 
 /// One feature that a scene does or does not need modelled.
@@ -81,14 +81,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "absorbs part of the light it reflects",
             "no mirror absorbs",
         ),
-        item(
-            "absorbing media",
-            &names(scene, |object| {
-                object.boundary.is_some_and(|it| it.absorbs())
-            }),
-            "bounds a medium that absorbs light on its way: for photons and paths",
-            "no medium absorbs",
-        ),
+        media(scene),
         item(
             "turned normals",
             &names(scene, |object| {
@@ -132,6 +125,16 @@ fn blends(scene: &Scene) -> Requirement {
         &names(scene, |object| contains(scene, object.material, &is_blend)),
         "blends materials: photons go on from its mirrors and glass, not from its rough parts",
         "no material is a blend",
+    )
+}
+
+fn media(scene: &Scene) -> Requirement {
+    let is_border = |object: &Object| object.boundary.is_some_and(Boundary::absorbs);
+    item(
+        "absorbing media",
+        &names(scene, is_border),
+        "bounds a medium that absorbs light on its way: for photons and paths",
+        "no medium absorbs",
     )
 }
 

@@ -3,8 +3,8 @@
 use super::emitter::MAX_SHINING_TRIANGLES;
 use super::material_check::{self, non_negative};
 use super::{
-    Color, Emitter, Material, MediumId, SceneError, SceneParts, SensorKind, ShapeId, Texture,
-    TextureId, Warning,
+    Boundary, Color, Emitter, Material, MediumId, SceneError, SceneParts, SensorKind, ShapeId,
+    Texture, TextureId, Warning,
 };
 use crate::geometry::Shape;
 use crate::radiometry::Rgb;
@@ -303,7 +303,7 @@ fn open_borders(parts: &SceneParts) -> Vec<Warning> {
     };
     let objects = parts.shapes.iter().zip(&parts.objects);
     let open = objects
-        .filter(|(shape, object)| object.boundary.is_some_and(|it| it.absorbs()) && is_open(shape));
+        .filter(|(shape, object)| object.boundary.is_some_and(Boundary::absorbs) && is_open(shape));
     open.map(|(_, object)| Warning {
         at: Some(object.declared_at.clone()),
         message: format!(

@@ -2,7 +2,7 @@
 //! only.
 
 use super::media;
-use crate::scene::{Emitter, Material, MaterialId, Object, Scalar, Scene};
+use crate::scene::{Boundary, Emitter, Material, MaterialId, Object, Scalar, Scene};
 
 /// Reason why chains cannot be followed in a scene.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -199,7 +199,7 @@ fn check_direct(scene: &Scene) -> Result<(), NotFollowed> {
     let materials = scene.materials();
     let is_open = |object: &&Object| {
         let material = scene.material(object.material);
-        object.boundary.is_some_and(|it| it.absorbs())
+        object.boundary.is_some_and(Boundary::absorbs)
             && (material.is_passed(materials) || material.is_partly_passed(materials))
     };
     if let Some(object) = scene.objects().iter().find(is_open) {

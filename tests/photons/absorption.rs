@@ -91,10 +91,10 @@ fn assert_ratios(
         .into_iter()
         .zip(layer(without, signature));
     for (texel, (inked, clear)) in pairs.enumerate() {
-        for c in 0..3 {
+        for (c, &absorption) in absorption.iter().enumerate() {
             // Of single wavelengths a channel may be below zero.
             assert!(clear.0[c] != 0.0, "{signature}: texel {texel} is lit");
-            let (ratio, expected) = (inked.0[c] / clear.0[c], of(absorption[c]));
+            let (ratio, expected) = (inked.0[c] / clear.0[c], of(absorption));
             // Sums are exact but for the quantum of fixed-point numbers, 2^-60 of the whole flux or less; a
             // layer is a thousandth of it, a texel 1/36,000 of the plate's light.
             assert!(

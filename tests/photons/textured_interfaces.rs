@@ -77,14 +77,13 @@ fn each_photon_takes_the_factor_of_its_place() {
             let is_low = |index: usize| usize::from(index < SIDE / 2);
             let u_is_low = is_low(texel % SIDE) ^ usize::from(is_mirror);
             let color = COLORS[u_is_low ^ is_low(texel / SIDE)];
-            for c in 0..3 {
+            for (c, expected) in color.into_iter().enumerate() {
                 assert!(white.0[c] > 0.0, "{bsdf}: texel {texel} is lit");
                 let ratio = found.0[c] / white.0[c];
                 // The same photons: sums differ by their quantum alone.
                 assert!(
-                    (ratio - color[c]).abs() < 1e-9,
-                    "{bsdf} {signature}: texel {texel}, channel {c}: {ratio} is not {}",
-                    color[c]
+                    (ratio - expected).abs() < 1e-9,
+                    "{bsdf} {signature}: texel {texel}, channel {c}: {ratio} is not {expected}"
                 );
             }
         }
