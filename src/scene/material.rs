@@ -111,7 +111,7 @@ pub enum Material {
     },
     /// Two materials, in shares that add up to one.
     Blend {
-        /// The share of the second one: where a texture says less than 0, that is 0; where more than 1, it is 1.
+        /// The share of the second one. A texture's numbers below 0 mean 0, those above 1 mean 1.
         weight: Scalar,
         /// The materials. Neither is a mask or nothing, nor wraps one.
         nested: [MaterialId; 2],

@@ -40,7 +40,8 @@ const MODELLED: [&str; 16] = [
 /// The reflectance of `diffuse` if the file gives none, and of a shape without a bsdf.
 const DEFAULT_REFLECTANCE: f64 = 0.5;
 
-/// Most plain materials in a blend and the blends in it: each is evaluated by itself, and blends may share them.
+/// Most plain materials in a blend and the blends in it: each is evaluated by itself, and blends may share
+/// them.
 const MAX_BLENDED: usize = 64;
 
 /// Mitsuba's roughness if the file gives none.
@@ -530,8 +531,7 @@ impl Materials {
         })
     }
 
-    /// The first material that is or is part of a blend, and must be outside of turned normals; `None` if there
-    /// is none.
+    /// The plugin of a material, or of the first one in a blend, that must be outside of turned normals.
     fn outer_wrapper(&self, id: MaterialId) -> Option<&'static str> {
         let material = &self.list[id.0 as usize];
         match material {
