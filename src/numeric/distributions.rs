@@ -328,8 +328,8 @@ mod tests {
         let above = [0.5 + 1e-12, 0.5 - 1e-12, 1.0 - f64::EPSILON];
         for p in even.chain(tails).chain(above) {
             let (found, expected) = (normal_quantile(p), quantile(p, |x| normal_cdf(-x)));
-            // The density is steep in the tails: x is as uncertain as the rounding of erfc's argument, and near
-            // the middle as that of a probability near one half.
+            // The density is steep in the tails: x is as uncertain as the rounding of erfc's argument, and
+            // near the middle as that of a probability near one half.
             let allowed = 8.0 * f64::EPSILON * (1.0 + expected.abs());
             assert!(
                 (found - expected).abs() <= allowed,
