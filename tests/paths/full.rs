@@ -392,6 +392,7 @@ fn light_of_blends_is_measured_once() {
     // Photons go on from a blend's mirrors and glass, and are connected from its matt part.
     let mirror = blended("0.6, 0.3, -0.5", 0.4, MATT, "<bsdf type=\"conductor\"/>");
     let glass = blended("-0.5, 0, -0.4", 0.5, MATT, "<bsdf type=\"dielectric\"/>");
+    let glass = glass.replace(" id=\"blended\"", "");
     let scene = room(&film(16, 12, BOX), FLOOR, &[&mirror, &glass, LAMP]);
     let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 22));
     let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
