@@ -180,12 +180,12 @@ fn blends_that_light_cannot_follow_are_refused_or_warned_of_by_name() {
         (
             painted(MATT, GOLD),
             "photons",
-            Some("whose weight is a texture"),
+            Some("whose weight or factor is a texture"),
         ),
         (
             painted(MATT, TINTED),
             "beams",
-            Some("whose weight is a texture"),
+            Some("whose weight or factor is a texture"),
         ),
         // Nothing goes on from these.
         (painted(MATT, MATT), "photons", None),
