@@ -527,7 +527,9 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
             &[&painted, LAMP],
             Path,
             Path,
-            &["\"blended\" has a blendbsdf with a mirror or glass, whose weight is a texture"],
+            &[
+                "\"blended\" has a blendbsdf with a mirror or glass, whose weight or factor is a texture",
+            ],
         ),
         (FLOOR, &[FROSTED, LAMP], Photons, Path, &[]),
         (FLOOR, &[FROSTED, &gloss, LAMP], PhotonMap, Path, &[]),
