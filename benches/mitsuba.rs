@@ -55,12 +55,8 @@ fn main() {
         println!("skipped: some minutes; cargo bench --bench mitsuba -- --all");
         return;
     }
-    let mut scalar = match Mitsuba::start("scalar_rgb") {
-        Ok(mitsuba) => mitsuba,
-        Err(reason) => {
-            println!("skipped: {reason}");
-            return;
-        }
+    let Some(mut scalar) = Mitsuba::scalar() else {
+        return;
     };
     let mut llvm = Mitsuba::start("llvm_ad_rgb");
     println!(
@@ -94,12 +90,8 @@ fn over_many_scenes() {
         println!("skipped: there is no folder {}", folder.display());
         return;
     }
-    let mut mitsuba = match Mitsuba::start("scalar_rgb") {
-        Ok(mitsuba) => mitsuba,
-        Err(reason) => {
-            println!("skipped: {reason}");
-            return;
-        }
+    let Some(mut mitsuba) = Mitsuba::scalar() else {
+        return;
     };
     println!(
         "| scene | relative error ours, theirs | CPU s ours, theirs | variance | time | advantage at equal time |"
@@ -354,6 +346,13 @@ fn cpu_seconds() -> Option<f64> {
 struct Mitsuba(Answering);
 
 impl Mitsuba {
+    /// The scalar variant; says why if it cannot be had.
+    fn scalar() -> Option<Self> {
+        Self::start("scalar_rgb")
+            .inspect_err(|reason| println!("skipped: {reason}"))
+            .ok()
+    }
+
     /// Starts it; returns the reason if that is not possible.
     fn start(variant: &str) -> Result<Self, String> {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/render_with_mitsuba.py");

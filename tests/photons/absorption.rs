@@ -5,14 +5,14 @@ use nephroid::internals::reference::full::{Finder, Plan};
 use nephroid::internals::reference::path::PathSettings;
 use nephroid::internals::reference::photon_map::{PhotonMapSettings, run as by_maps};
 use nephroid::internals::reference::photons::PhotonSettings;
-use nephroid::internals::run::{Budget, Estimate, LayerName, Progress};
+use nephroid::internals::run::{Budget, Estimate, Progress};
 use nephroid::internals::scene::{Scene, Sensor, is_achromatic, requirements};
 use nephroid::internals::transport::chain::ChainSettings;
 use nephroid::internals::transport::media::first_immersed;
 use nephroid::internals::transport::path_class::PathClass;
 use nephroid::{Context, Method};
 
-use super::metered::{above_a_floor, by_photons, by_photons_with};
+use super::metered::{by_photons, by_photons_with, layer, scene_above_a_floor};
 use super::rough::{LAMP, assert_as_paths, ball};
 use crate::support::paths;
 
@@ -56,16 +56,7 @@ fn sun([x, z]: [f64; 2]) -> String {
 }
 
 fn floored(elements: &str) -> Scene {
-    let text = above_a_floor(elements, SIDE);
-    let inner = text.trim_start_matches("<scene version=\"3.0.0\">");
-    paths::scene(inner.trim_end_matches("</scene>"))
-}
-
-fn layer(estimate: &Estimate, signature: &str) -> Vec<Rgb> {
-    let name = LayerName::Path(signature.parse().unwrap());
-    let found = estimate.layers.iter().find(|layer| layer.name == name);
-    let found = found.unwrap_or_else(|| panic!("{signature} has a layer"));
-    found.values.clone()
+    scene_above_a_floor(elements, SIDE)
 }
 
 /// Every branch has its own photon, so that both runs have the same ones.

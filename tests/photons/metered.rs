@@ -2,10 +2,12 @@
 
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::photons::{PhotonSettings, run};
-use nephroid::internals::run::{Budget, Estimate, Progress};
+use nephroid::internals::run::{Budget, Estimate, LayerName, Progress};
 use nephroid::internals::scene::Scene;
 use nephroid::internals::transport::direct::direct;
 use nephroid::internals::transport::receiver::Receiver;
+
+use crate::support::paths;
 
 /// All light, by photons with the default settings.
 pub fn by_photons(scene: &Scene, photons: u64) -> Estimate {
@@ -33,4 +35,19 @@ pub fn above_a_floor(elements: &str, side: usize) -> String {
          <sensor type=\"irradiancemeter\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"{side}\"/>\
          <integer name=\"height\" value=\"{side}\"/><rfilter type=\"box\"/></film></sensor></shape></scene>"
     )
+}
+
+/// The scene of elements [`above_a_floor`].
+pub fn scene_above_a_floor(elements: &str, side: usize) -> Scene {
+    let text = above_a_floor(elements, side);
+    let inner = text.trim_start_matches("<scene version=\"3.0.0\">");
+    paths::scene(inner.trim_end_matches("</scene>"))
+}
+
+/// The texels of the layer of a signature, which must be there.
+pub fn layer(estimate: &Estimate, signature: &str) -> Vec<Rgb> {
+    let name = LayerName::Path(signature.parse().unwrap());
+    let found = estimate.layers.iter().find(|layer| layer.name == name);
+    let found = found.unwrap_or_else(|| panic!("{signature} has a layer"));
+    found.values.clone()
 }

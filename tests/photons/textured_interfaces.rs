@@ -3,13 +3,11 @@
 use std::collections::BTreeMap;
 
 use nephroid::Method;
-use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::run::{Budget, Context, Estimate, LayerName};
+use nephroid::internals::run::{Budget, Context};
 use nephroid::internals::scene::Scene;
 
-use super::metered::{above_a_floor, by_photons};
+use super::metered::{by_photons, layer, scene_above_a_floor};
 use super::rough::{LAMP, assert_as_paths, ball};
-use crate::support::paths;
 
 /// Texels a side of a floor from -1 to 1.
 const SIDE: usize = 16;
@@ -27,16 +25,7 @@ fn board(factor: &str, scale: f64) -> String {
 }
 
 fn floored(elements: &str) -> Scene {
-    let text = above_a_floor(elements, SIDE);
-    let inner = text.trim_start_matches("<scene version=\"3.0.0\">");
-    paths::scene(inner.trim_end_matches("</scene>"))
-}
-
-fn layer(estimate: &Estimate, signature: &str) -> Vec<Rgb> {
-    let name = LayerName::Path(signature.parse().unwrap());
-    let found = estimate.layers.iter().find(|layer| layer.name == name);
-    let found = found.unwrap_or_else(|| panic!("{signature} has a layer"));
-    found.values.clone()
+    scene_above_a_floor(elements, SIDE)
 }
 
 /// A sun straight down, or one that a mirror beside the floor turns down to it.
