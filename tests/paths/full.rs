@@ -394,7 +394,7 @@ fn light_of_blends_is_measured_once() {
     let glass = blended("-0.5, 0, -0.4", 0.5, MATT, "<bsdf type=\"dielectric\"/>");
     let glass = glass.replace(" id=\"blended\"", "");
     let scene = room(&film(16, 12, BOX), FLOOR, &[&mirror, &glass, LAMP]);
-    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 22));
+    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 23));
     let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
     assert_eq!(methods, [Finder::Photons, Finder::PhotonMap, Finder::Path]);
     assert!(report.notices.is_empty(), "{:?}", report.notices);
@@ -413,7 +413,7 @@ fn light_of_blends_is_measured_once() {
     let rough = "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.3\"/></bsdf>";
     let rough = blended("-0.5, 0, -0.4", 0.5, MATT, rough);
     let scene = room(&film(16, 12, BOX), FLOOR, &[&rough, MIRROR, LAMP]);
-    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 22));
+    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 23));
     let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
     assert_eq!(
         methods,
