@@ -393,7 +393,9 @@ impl Material {
     pub fn is_partly_passed(&self, all: &[Self]) -> bool {
         match self {
             Self::Mask { opacity, nested } => {
-                opacity.is_partial() && !all[nested.0 as usize].is_passed(all)
+                let nested = &all[nested.0 as usize];
+                let is_partly = opacity.is_partial() && !nested.is_passed(all);
+                is_partly || (opacity.may_exceed_zero() && nested.is_partly_passed(all))
             }
             Self::TwoSided { front, back } => [front, back]
                 .iter()

@@ -24,13 +24,15 @@ pub fn transmittance(
     let blocked = scene.world().any_hit(
         &ray,
         distance,
-        |hit| match scene.material_of(hit.shape) {
-            Material::Null => false,
-            Material::Mask { opacity, .. } => {
-                meets_mask = true;
-                *opacity == Scalar::Constant(1.0)
-            }
-            _ => true,
+        |hit| {
+            // A texture may be open at any place.
+            let least = |opacity| match opacity {
+                Scalar::Constant(opacity) => opacity,
+                Scalar::Texture(_) => 0.0,
+            };
+            let material = scene.material_of(hit.shape);
+            meets_mask |= matches!(material, Material::Mask { .. });
+            opacity_of(scene, material, least) >= 1.0
         },
         counters,
     );
@@ -38,6 +40,28 @@ pub fn transmittance(
         (true, _) => 0.0,
         (false, false) => 1.0,
         (false, true) => masked_transmittance(scene, ray, distance, counters),
+    }
+}
+
+/// The share of a surface that is there: the product of its masks, and nothing if they hold nothing.
+fn opacity_of<'a>(
+    scene: &'a Scene,
+    mut material: &'a Material,
+    value_of: impl Fn(Scalar) -> f64,
+) -> f64 {
+    let mut opacity = 1.0;
+    while let Material::Mask {
+        opacity: own,
+        nested,
+    } = material
+    {
+        opacity *= value_of(*own).clamp(0.0, 1.0);
+        material = scene.material(*nested);
+    }
+    if *material == Material::Null {
+        0.0
+    } else {
+        opacity
     }
 }
 
@@ -54,19 +78,14 @@ fn masked_transmittance(
         let Some(hit) = scene.world().closest_hit(&ray, distance, counters) else {
             break;
         };
-        passed *= match scene.material_of(hit.shape) {
-            Material::Null => 1.0,
-            Material::Mask {
-                opacity: Scalar::Constant(opacity),
-                ..
-            } => 1.0 - opacity,
-            Material::Mask { opacity, .. } => {
+        let value_of = |opacity| match opacity {
+            Scalar::Constant(opacity) => opacity,
+            Scalar::Texture(_) => {
                 let point = scene.world().surface_point(&ray, &hit);
-                let opacity = scene.scalar(*opacity, &TexturePoint::new(scene, &hit, &point));
-                1.0 - opacity.clamp(0.0, 1.0)
+                scene.scalar(opacity, &TexturePoint::new(scene, &hit, &point))
             }
-            _ => 0.0,
         };
+        passed *= 1.0 - opacity_of(scene, scene.material_of(hit.shape), value_of);
         distance -= hit.distance;
         ray = scene.world().bounce_point(&ray, &hit).spawn(ray.direction);
     }

@@ -455,3 +455,34 @@ fn a_lamp_whose_normals_oppose_its_winding_lights_what_its_normals_see() {
         assert_eq!(mean(&parts).0, 0.0);
     }
 }
+
+/// A mask that holds a mask lets through what either does, and one that holds nothing lets all through.
+#[test]
+fn masks_within_masks_are_passed_by_the_product_of_their_opacities() {
+    let mask = |opacity: &str, inside: &str| {
+        format!("<bsdf type=\"mask\"><float name=\"opacity\" value=\"{opacity}\"/>{inside}</bsdf>")
+    };
+    let matt = "<bsdf type=\"diffuse\"/>";
+    for (bsdf, passed) in [
+        (mask("0.5", &mask("0.4", matt)), 0.8),
+        (mask("1", &mask("0.25", matt)), 0.75),
+        (mask("0.25", &mask("1", matt)), 0.75),
+        (mask("1", &mask("1", matt)), 0.0),
+        (mask("0.5", "<bsdf type=\"null\"/>"), 1.0),
+        (mask("1", &mask("0.5", "<bsdf type=\"null\"/>")), 1.0),
+    ] {
+        let sheet = format!(
+            "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"3\"/><translate z=\"1\"/></transform>\
+             {bsdf}</shape>"
+        );
+        let (texels, _) = measured(&scene(SUN, &sheet));
+        for texel in texels {
+            let found = texel.irradiance.0[0];
+            // A product of two, a difference and a sum.
+            assert!(
+                (found - passed).abs() < 1e-14,
+                "{bsdf}: {found} is not {passed}"
+            );
+        }
+    }
+}
