@@ -324,7 +324,7 @@ mod tests {
     #[test]
     fn normal_quantiles_are_those_that_halving_finds() {
         let even = (1..1000).map(|k| f64::from(k) / 1000.0);
-        let tails = (1..320).map(|k| math::powi(10.0, -k));
+        let tails = (1..=308).map(|k| math::powi(10.0, -k));
         let above = [0.5 + 1e-12, 0.5 - 1e-12, 1.0 - f64::EPSILON];
         for p in even.chain(tails).chain(above) {
             let (found, expected) = (normal_quantile(p), quantile(p, |x| normal_cdf(-x)));
