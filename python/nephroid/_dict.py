@@ -40,7 +40,7 @@ TAGS = {
 TAG = {plugin: tag for tag, plugins in TAGS.items() for plugin in plugins.split()}
 
 #: Objects whose name says what they are for; the others are found by their kind.
-NAMED = ("texture", "spectrum")
+NAMED = ("medium", "spectrum", "texture")
 
 
 def quoteattr(text: str) -> str:

@@ -251,3 +251,17 @@ def test_wrong_values_name_their_path():
         scene["ball"] = {"type": "mesh", **arrays, "bsdf": {"type": "dielectric"}}
         with pytest.raises(ne.LoadError, match=said):
             ne.load_dict(scene)
+
+
+def test_a_medium_is_on_the_side_that_its_key_names():
+    ink = {"type": "homogeneous", "albedo": 0.0, "sigma_t": 2.0}
+
+    def light(**media):
+        scene = ball()
+        scene["ball"].update(media)
+        return ne.render(ne.load_dict(scene), method="photons", photons=1 << 16).value.sum()
+
+    # Much goes through the ball, and some is mirrored by it.
+    assert light(interior=ink) < light(exterior=ink) < light()
+    with pytest.raises(ne.LoadError, match='neither its "interior" nor its "exterior"'):
+        light(medium=ink)
