@@ -57,8 +57,7 @@ pub fn flux_bound(source: &Source, bounds: &Bounds) -> f64 {
 
 /// True if a camera sees irradiance on the material.
 pub fn is_diffuse(scene: &Scene, material: &Material) -> bool {
-    matches!(material, Material::Diffuse { .. })
-        || material
-            .nested()
-            .any(|id| is_diffuse(scene, scene.material(id)))
+    material.holds(scene.materials(), &|it| {
+        matches!(it, Material::Diffuse { .. })
+    })
 }

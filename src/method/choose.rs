@@ -167,8 +167,16 @@ fn instead_of_beams(scene: &Scene, sensor: &Sensor) -> &'static str {
     match (LightSpace::new(scene), sensor.is_camera()) {
         (_, false) => "photons",
         (Err(_), true) => "path",
-        (Ok(_), true) if Camera::connectable(scene, sensor).is_ok() => "photons",
-        (Ok(_), true) => "photon-map",
+        (Ok(_), true) => for_camera(scene, sensor),
+    }
+}
+
+/// Photons for a camera that light can be connected to, else photon maps.
+fn for_camera(scene: &Scene, sensor: &Sensor) -> &'static str {
+    if Camera::connectable(scene, sensor).is_ok() {
+        "photons"
+    } else {
+        "photon-map"
     }
 }
 
@@ -180,13 +188,8 @@ fn of_camera(scene: &Scene, sensor: &Sensor) -> Result<Option<(Entry, String)>, 
     let Err(error) = Camera::new(scene, sensor) else {
         return Ok(None);
     };
-    let name = if Camera::connectable(scene, sensor).is_ok() {
-        "photons"
-    } else {
-        "photon-map"
-    };
     Ok(Some((
-        Entry::of(name)?,
+        Entry::of(for_camera(scene, sensor))?,
         format!("beams cannot fill this camera: {error}"),
     )))
 }

@@ -210,6 +210,30 @@ impl Material {
         first.into_iter().chain(second)
     }
 
+    /// The share (0..=1) of a surface that is there, the product of its masks, and what they hold. If that is
+    /// nothing, so is the share. `value_of` is a mask's opacity.
+    pub fn below_masks<'a>(
+        &'a self,
+        all: &'a [Self],
+        value_of: impl Fn(Scalar) -> f64,
+    ) -> (f64, &'a Self) {
+        let (mut material, mut share) = (self, 1.0);
+        while let Self::Mask { opacity, nested } = material {
+            share *= value_of(*opacity).clamp(0.0, 1.0);
+            material = &all[nested.0 as usize];
+        }
+        match material {
+            Self::Null => (0.0, material),
+            _ => (share, material),
+        }
+    }
+
+    /// True if `test` holds for it or for anything it wraps.
+    pub fn holds(&self, all: &[Self], test: &impl Fn(&Self) -> bool) -> bool {
+        let mut nested = self.nested();
+        test(self) || nested.any(|id| all[id.0 as usize].holds(all, test))
+    }
+
     /// The ids of the materials that it wraps, to be changed.
     pub(super) fn nested_mut(&mut self) -> impl Iterator<Item = &mut MaterialId> {
         let (first, second) = match self {

@@ -1,7 +1,5 @@
 //! The features that a scene needs modelled, with reasons: methods skip the rest.
 
-use std::fmt::Write as _;
-
 use super::{Boundary, Color, Emitter, Material, MaterialId, Object, Scene};
 use crate::geometry::Shape;
 
@@ -228,28 +226,18 @@ fn colour(scene: &Scene) -> Requirement {
         .iter()
         .filter(|emitter| !emitter.is_grey())
         .count();
-    let mut reason = item("", &coloured, "colours light", "").reason;
-    if emitters > 0 {
-        if !reason.is_empty() {
-            reason.push_str("; ");
-        }
-        // Writing to a string cannot fail.
-        let _ = write!(reason, "{emitters} coloured emitter(s)");
-    }
     let media = scene.media().iter();
     let media = media.filter(|it| !it.absorption.is_grey()).count();
-    if media > 0 {
-        if !reason.is_empty() {
-            reason.push_str("; ");
-        }
-        let _ = write!(reason, "{media} coloured medium(s)");
-    }
-    if !scene.dispersion().is_empty() {
-        if !reason.is_empty() {
-            reason.push_str("; ");
-        }
-        reason.push_str("wavelengths have colours");
-    }
+    let counted =
+        |count: usize, what: &str| (count > 0).then(|| format!("{count} coloured {what}"));
+    let surfaces = item("", &coloured, "colours light", "").reason;
+    let reasons = [
+        (!surfaces.is_empty()).then_some(surfaces),
+        counted(emitters, "emitter(s)"),
+        counted(media, "medium(s)"),
+        (!scene.dispersion().is_empty()).then(|| "wavelengths have colours".to_owned()),
+    ];
+    let reason = reasons.into_iter().flatten().collect::<Vec<_>>().join("; ");
     Requirement {
         feature: "colour",
         needed: !is_achromatic(scene),
@@ -329,6 +317,5 @@ fn is_filtering(scene: &Scene, id: MaterialId) -> bool {
 
 /// True if `test` holds for a material or anything it wraps.
 fn contains(scene: &Scene, id: MaterialId, test: &impl Fn(&Material) -> bool) -> bool {
-    let material = scene.material(id);
-    test(material) || material.nested().any(|id| contains(scene, id, test))
+    scene.material(id).holds(scene.materials(), test)
 }

@@ -382,7 +382,8 @@ fn is_rough(material: &Material) -> bool {
 
 /// True if any part of a material scatters light in another way than diffuse ones.
 pub(super) fn is_unseen(scene: &Scene, id: MaterialId) -> bool {
-    any(scene, id, &|it| is_rough(it) || is_coated_or_turned(it))
+    let test = |it: &Material| is_rough(it) || is_coated_or_turned(it);
+    scene.material(id).holds(scene.materials(), &test)
 }
 
 /// What reflects by more than a matt surface or one interface: coats, `principled`, and turned normals.
@@ -401,7 +402,10 @@ fn is_coated_or_turned(material: &Material) -> bool {
 fn scattering(scene: &Scene, test: impl Fn(&Material) -> bool) -> Vec<String> {
     let objects = scene.objects().iter();
     objects
-        .filter(|object| any(scene, object.material, &test))
+        .filter(|object| {
+            let material = scene.material(object.material);
+            material.holds(scene.materials(), &test)
+        })
         .map(|object| named(scene, object))
         .collect()
 }
@@ -426,10 +430,4 @@ fn named(scene: &Scene, object: &Object) -> String {
         object.id,
         scene.material(object.material).plugin()
     )
-}
-
-/// True if `test` holds for a material or anything it wraps.
-fn any(scene: &Scene, id: MaterialId, test: &impl Fn(&Material) -> bool) -> bool {
-    let material = scene.material(id);
-    test(material) || material.nested().any(|id| any(scene, id, test))
 }

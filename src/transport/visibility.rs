@@ -32,7 +32,7 @@ pub fn transmittance(
             };
             let material = scene.material_of(hit.shape);
             meets_mask |= matches!(material, Material::Mask { .. });
-            opacity_of(scene, material, least) >= 1.0
+            material.below_masks(scene.materials(), least).0 >= 1.0
         },
         counters,
     );
@@ -40,28 +40,6 @@ pub fn transmittance(
         (true, _) => 0.0,
         (false, false) => 1.0,
         (false, true) => masked_transmittance(scene, ray, distance, counters),
-    }
-}
-
-/// The share of a surface that is there: the product of its masks, and nothing if they hold nothing.
-fn opacity_of<'a>(
-    scene: &'a Scene,
-    mut material: &'a Material,
-    value_of: impl Fn(Scalar) -> f64,
-) -> f64 {
-    let mut opacity = 1.0;
-    while let Material::Mask {
-        opacity: own,
-        nested,
-    } = material
-    {
-        opacity *= value_of(*own).clamp(0.0, 1.0);
-        material = scene.material(*nested);
-    }
-    if *material == Material::Null {
-        0.0
-    } else {
-        opacity
     }
 }
 
@@ -85,7 +63,8 @@ fn masked_transmittance(
                 scene.scalar(opacity, &TexturePoint::new(scene, &hit, &point))
             }
         };
-        passed *= 1.0 - opacity_of(scene, scene.material_of(hit.shape), value_of);
+        let material = scene.material_of(hit.shape);
+        passed *= 1.0 - material.below_masks(scene.materials(), value_of).0;
         distance -= hit.distance;
         ray = scene.world().bounce_point(&ray, &hit).spawn(ray.direction);
     }

@@ -227,23 +227,19 @@ impl Materials {
     }
 
     /// A principled material. The index is `eta`, or follows from `specular`, its reflectance at normal
-    /// incidence by 0.08. Sampling rates change how Mitsuba samples, and no result.
+    /// incidence by 0.08.
     fn principled(
         &mut self,
         tree: &Tree,
         plugin: &Plugin,
         files: &mut Files,
     ) -> Result<Material, LoadError> {
-        for rate in [
+        let rates = [
             "diffuse_reflectance_sampling_rate",
             "main_specular_sampling_rate",
             "clearcoat_sampling_rate",
-        ] {
-            plugin.float_or(rate, 1.0)?;
-        }
-        let base_color = self
-            .textures
-            .color(tree, plugin, "base_color", 0.5, files)?;
+        ];
+        let base_color = self.base_color(tree, plugin, &rates, files)?;
         let mut share = |name, default| self.textures.share(tree, plugin, name, default, files);
         let roughness = share("roughness", 0.5)?;
         let mut part = |name| share(name, 0.0);
@@ -265,24 +261,34 @@ impl Materials {
         })))
     }
 
-    /// A thin sheet. Sampling rates change how Mitsuba samples, and no result.
+    /// The colour of a principled material. Sampling rates change how Mitsuba samples, and no result.
+    fn base_color(
+        &mut self,
+        tree: &Tree,
+        plugin: &Plugin,
+        rates: &[&str],
+        files: &mut Files,
+    ) -> Result<Color, LoadError> {
+        for rate in rates {
+            plugin.float_or(rate, 1.0)?;
+        }
+        self.textures.color(tree, plugin, "base_color", 0.5, files)
+    }
+
+    /// A thin sheet.
     fn principled_thin(
         &mut self,
         tree: &Tree,
         plugin: &Plugin,
         files: &mut Files,
     ) -> Result<Material, LoadError> {
-        for rate in [
+        let rates = [
             "diffuse_reflectance_sampling_rate",
             "diffuse_transmittance_sampling_rate",
             "specular_reflectance_sampling_rate",
             "specular_transmittance_sampling_rate",
-        ] {
-            plugin.float_or(rate, 1.0)?;
-        }
-        let base_color = self
-            .textures
-            .color(tree, plugin, "base_color", 0.5, files)?;
+        ];
+        let base_color = self.base_color(tree, plugin, &rates, files)?;
         let diff_trans = self
             .textures
             .scalar(tree, plugin, "diff_trans", 0.0, files)?;

@@ -36,19 +36,9 @@ impl<'a> Bsdf<'a> {
             point,
             texture: TexturePoint::new(scene, hit, point),
         };
-        let mut material = scene.material_of(hit.shape);
-        let mut opacity = 1.0;
-        while let Material::Mask {
-            opacity: own,
-            nested,
-        } = material
-        {
-            opacity *= here.scalar(*own).clamp(0.0, 1.0);
-            material = scene.material(*nested);
-        }
-        if *material == Material::Null {
-            opacity = 0.0;
-        }
+        let (opacity, material) = scene
+            .material_of(hit.shape)
+            .below_masks(scene.materials(), |opacity| here.scalar(opacity));
         let uses_tangents = uses_tangents(scene, material);
         let frame = if uses_tangents {
             let [dp_du, _] = scene.world().tangents(hit, point);

@@ -52,8 +52,9 @@ fn diffuse_side<'a>(
             }
             Material::Blend { nested, .. } => {
                 let is_seen = |id: &MaterialId| !is_unseen(scene, *id);
+                let is_matt = |it: &Material| matches!(it, Material::Diffuse { .. });
                 let is_diffuse =
-                    nested.iter().all(is_seen) && nested.iter().any(|id| has_diffuse(scene, *id));
+                    nested.iter().all(is_seen) && material.holds(scene.materials(), &is_matt);
                 return is_diffuse.then_some(DiffuseSide::Blend);
             }
             _ => return None,
@@ -125,13 +126,6 @@ fn blended(
         }
         _ => Rgb::BLACK,
     }
-}
-
-/// True if a material is diffuse, or wraps one that is.
-fn has_diffuse(scene: &Scene, id: MaterialId) -> bool {
-    let material = scene.material(id);
-    matches!(material, Material::Diffuse { .. })
-        || material.nested().any(|nested| has_diffuse(scene, nested))
 }
 
 /// True if a surface is diffuse on a side, and not known to be black.

@@ -142,7 +142,8 @@ impl Camera {
     ///
     /// If a border of media goes through its near plane.
     pub fn within(self, scene: &Scene, sensor: &Sensor) -> Result<Self, CameraError> {
-        if scene.is_clear() {
+        // Of what the file says it knows already.
+        if scene.is_clear() || sensor.medium.is_some() {
             return Ok(self);
         }
         let around = |[x, y]: [f64; 2]| {
@@ -152,15 +153,12 @@ impl Camera {
         };
         let places = [[0.5, 0.5], [0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]];
         let media = places.map(around);
-        let medium = match sensor.medium {
-            Some(medium) => medium,
-            None if media == [media[0]; 5] => media[0],
-            None => {
-                return Err(CameraError::AcrossMedia {
-                    id: sensor.id.clone(),
-                });
-            }
-        };
+        let medium = media[0];
+        if media != [medium; 5] {
+            return Err(CameraError::AcrossMedia {
+                id: sensor.id.clone(),
+            });
+        }
         Ok(Self { medium, ..self })
     }
 
