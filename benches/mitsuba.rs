@@ -1,5 +1,5 @@
 //! Error for the same time, beside Mitsuba: `cargo bench --bench mitsuba -- --all`, and with `--scenes` over many
-//! scenes of other people.
+//! scenes of other people, or those whose names contain one of the words that follow.
 //!
 //! Both programs render the same scene file by turns, some seeds each, with as many threads. For each pixel
 //! the variance of one render is the scatter over seeds. The sum of variances times the time of a render is
@@ -99,6 +99,12 @@ fn over_many_scenes() {
     println!("|---|--:|--:|--:|--:|--:|");
     let files = MANY.lines().filter(|line| !line.starts_with('#'));
     let files = files.filter_map(|line| line.split(" | ").next());
+    let words: Vec<String> = std::env::args()
+        .skip_while(|argument| argument != "--scenes")
+        .skip(1)
+        .filter(|argument| !argument.starts_with("--"))
+        .collect();
+    let files = files.filter(|name| words.is_empty() || words.iter().any(|it| name.contains(it)));
     let mut found: Vec<[f64; 3]> = files
         .filter_map(|name| of_one_scene(&folder, name, &mut mitsuba))
         .collect();
