@@ -3,6 +3,7 @@
 mod accel;
 mod bounds;
 mod counters;
+mod face_tree;
 mod frame;
 mod geodesic;
 mod geodesic_dual;
@@ -11,7 +12,6 @@ mod hull;
 mod icosahedron;
 mod local;
 mod mesh;
-mod mesh_tree;
 mod nearest;
 mod plane_pair;
 mod ray;

@@ -5,44 +5,92 @@ use std::fmt;
 use glam::{DVec2, DVec3};
 
 use super::{
-    Bounds, Hit, PlanePair, Ray, Segment, Shape, SurfacePoint,
-    accel::{BoxTree, Lanes, LeafVisitor, LocalRay},
+    Bounds, Hit, Mesh, PlanePair, Ray, Segment, Shape, SurfacePoint,
+    accel::{BoxTree, Lanes, LeafVisitor, LocalRay, Root},
     counters::TraversalCounters,
-    mesh_tree::MeshTree,
+    face_tree::{FaceTree, sharing},
     nearest::Nearest,
 };
 
-/// All shapes of a scene, and a tree over their primitives.
+/// All shapes of a scene, and trees over their primitives.
 ///
-/// Each mesh has a tree of its own, so that the padding of its boxes (a fraction of the tree's extent) stays
-/// small however large the floor that it stands on.
+/// Meshes share a tree unless the faces of one are tiny in it: a search is unsure of places by a fraction of
+/// the tree's extent, which stays small however large the floor that a mesh stands on.
 pub struct World {
     shapes: Vec<Shape>,
     bounds: Bounds,
-    /// A tree for each mesh, `None` for the other shapes; as long as `shapes`.
-    trees: Vec<Option<MeshTree>>,
-    /// A tree over the boxes of the shapes, if there are too many to try one after the other.
-    over_shapes: Option<BoxTree>,
+    trees: Vec<FaceTree>,
+    /// Where each mesh's faces are, `None` for the other shapes; as long as `shapes`.
+    places: Vec<Option<Place>>,
+    /// What searches try.
+    targets: Vec<Target>,
+    /// A tree over the boxes of the targets, if there are too many to try one after the other.
+    over_targets: Option<BoxTree>,
 }
 
-/// Up to this number, trying all shapes costs less than a walk down a tree (see `benches/traversal.rs`).
+/// The faces of a mesh: a part of a tree.
+#[derive(Clone, Copy)]
+struct Place {
+    tree: usize,
+    part: usize,
+}
+
+/// One of the things to search for hits.
+#[derive(Clone, Copy)]
+enum Target {
+    /// All meshes of this tree.
+    Tree(usize),
+    /// A shape that is not a mesh.
+    Shape(u32),
+}
+
+/// Up to this number, trying all targets costs less than a walk down a tree (see `benches/traversal.rs`).
 const LINEAR_SEARCH_LIMIT: usize = 8;
 
 impl World {
     /// The world of these shapes, with its trees.
     pub fn new(shapes: Vec<Shape>) -> Self {
         let boxes: Vec<Bounds> = shapes.iter().map(Shape::bounds).collect();
-        let trees = shapes
-            .iter()
-            .map(|shape| match shape {
-                Shape::Mesh(mesh) => Some(MeshTree::new(mesh)),
+        let meshes: Vec<(u32, &Mesh)> = (0..)
+            .zip(&shapes)
+            .filter_map(|(index, shape)| match shape {
+                Shape::Mesh(mesh) => Some((index, mesh)),
                 _ => None,
             })
             .collect();
+        let mut places = vec![None; shapes.len()];
+        let mut targets: Vec<(Target, Bounds)> = Vec::new();
+        let mut trees = Vec::new();
+        for members in sharing(&meshes.iter().map(|&(_, mesh)| mesh).collect::<Vec<_>>()) {
+            let members: Vec<(u32, &Mesh)> = members.iter().map(|&member| meshes[member]).collect();
+            let tree = FaceTree::new(&members);
+            let around = members.iter().map(|&(shape, _)| boxes[shape as usize]);
+            targets.push((
+                Target::Tree(trees.len()),
+                around.fold(Bounds::EMPTY, Bounds::union),
+            ));
+            for (part, &(shape, _)) in members.iter().enumerate() {
+                places[shape as usize] = Some(Place {
+                    tree: trees.len(),
+                    part,
+                });
+            }
+            trees.push(tree);
+        }
+        targets.extend(
+            (0..)
+                .zip(&shapes)
+                .zip(&boxes)
+                .filter(|((_, shape), _)| !matches!(shape, Shape::Mesh(_)))
+                .map(|((index, _), &bounds)| (Target::Shape(index), bounds)),
+        );
+        let (targets, around): (Vec<Target>, Vec<Bounds>) = targets.into_iter().unzip();
         Self {
             bounds: boxes.iter().fold(Bounds::EMPTY, |all, &one| all.union(one)),
-            over_shapes: (shapes.len() > LINEAR_SEARCH_LIMIT).then(|| BoxTree::new(&boxes)),
+            over_targets: (targets.len() > LINEAR_SEARCH_LIMIT).then(|| BoxTree::new(&around)),
             trees,
+            places,
+            targets,
             shapes,
         }
     }
@@ -63,10 +111,12 @@ impl World {
             Shape::Mesh(mesh) => size_of::<Shape>() + mesh.memory_bytes(),
             _ => size_of::<Shape>(),
         });
-        let trees = self.trees.iter().flatten().map(MeshTree::memory_bytes);
+        let trees = self.trees.iter().map(FaceTree::memory_bytes);
         shapes.sum::<usize>()
             + trees.sum::<usize>()
-            + self.over_shapes.as_ref().map_or(0, BoxTree::memory_bytes)
+            + size_of_val(&*self.places)
+            + size_of_val(&*self.targets)
+            + self.over_targets.as_ref().map_or(0, BoxTree::memory_bytes)
     }
 
     /// The nearest hit nearer than `max_distance` (exclusive); all hits have a distance > 0.
@@ -82,22 +132,23 @@ impl World {
     ) -> Option<Hit> {
         counters.rays += 1;
         let mut nearest = Nearest::before(max_distance);
-        if let Some(tree) = &self.over_shapes {
-            let mut search = ShapeSearch {
+        if let Some(tree) = &self.over_targets {
+            let mut search = TargetSearch {
                 tree,
-                visit: |shape| {
-                    self.search_shape(shape, ray, &mut nearest, counters);
+                visit: |target| {
+                    self.search(self.targets[target], ray, &mut nearest, counters);
                     nearest.limit()
                 },
                 limit: max_distance,
             };
-            if let Some(local) = tree.enter(ray, max_distance) {
-                let visits = tree.search(&local, max_distance, &mut search);
+            let root = tree.whole();
+            if let Some(local) = tree.enter(root, ray, max_distance) {
+                let visits = tree.search(root, &local, max_distance, &mut search);
                 counters.node_visits += visits;
             }
         } else {
-            for shape in 0..self.shapes.len() as u32 {
-                self.search_shape(shape, ray, &mut nearest, counters);
+            for &target in &self.targets {
+                self.search(target, ray, &mut nearest, counters);
             }
         }
         nearest.hit()
@@ -106,8 +157,9 @@ impl World {
     /// [`Self::closest_hit`] of many rays, each before its segment's end: `found` becomes one entry a
     /// segment.
     ///
-    /// Sooner than one ray after the other if the rays are apart, a mesh is large and there are at most eight
-    /// shapes: their searches then wait for memory together. Hits and counters are the same.
+    /// Sooner than one ray after the other if the rays are apart, meshes are large and there are at most
+    /// eight trees and other shapes: their searches then wait for memory together. Hits and counters are the
+    /// same.
     pub fn closest_hits(
         &self,
         segments: &[Segment],
@@ -115,7 +167,7 @@ impl World {
         counters: &mut TraversalCounters,
     ) {
         found.clear();
-        if self.over_shapes.is_some() {
+        if self.over_targets.is_some() {
             let hits = segments.iter();
             found.extend(hits.map(|it| self.closest_hit(&it.ray, it.length, counters)));
             return;
@@ -125,50 +177,79 @@ impl World {
             .iter()
             .map(|segment| Nearest::before(segment.length))
             .collect();
-        for shape in 0..self.shapes.len() as u32 {
-            if let Some(tree) = &self.trees[shape as usize] {
-                tree.closest_hits(shape, segments, &mut nearest, counters);
-            } else {
-                for (segment, nearest) in segments.iter().zip(&mut nearest) {
-                    self.search_shape(shape, &segment.ray, nearest, counters);
+        for &target in &self.targets {
+            match target {
+                Target::Tree(tree) => {
+                    self.trees[tree].closest_hits(segments, &mut nearest, counters);
+                }
+                Target::Shape(shape) => {
+                    for (segment, nearest) in segments.iter().zip(&mut nearest) {
+                        self.try_shape(shape, &segment.ray, nearest, counters);
+                    }
                 }
             }
         }
         found.extend(nearest.into_iter().map(Nearest::hit));
     }
 
-    /// True if searches among some mesh's faces may wait for memory.
+    /// True if searches among faces may wait for memory.
     pub fn waits_for_memory(&self) -> bool {
-        self.trees.iter().flatten().any(MeshTree::waits_for_memory)
+        self.trees.iter().any(FaceTree::waits_for_memory)
     }
 
     /// True if [`Self::closest_hits`] may be sooner than one ray after the other for rays that are apart.
     pub fn takes_turns(&self) -> bool {
-        self.over_shapes.is_none() && self.waits_for_memory()
+        self.over_targets.is_none() && self.waits_for_memory()
     }
 
     #[inline]
-    fn search_shape(
+    fn search(
+        &self,
+        target: Target,
+        ray: &Ray,
+        nearest: &mut Nearest,
+        counters: &mut TraversalCounters,
+    ) {
+        match target {
+            Target::Tree(tree) => {
+                let tree = &self.trees[tree];
+                tree.closest_hit(tree.whole(), ray, nearest, counters);
+            }
+            Target::Shape(shape) => self.try_shape(shape, ray, nearest, counters),
+        }
+    }
+
+    /// Tries a shape that is not a mesh.
+    #[inline]
+    fn try_shape(
         &self,
         shape: u32,
         ray: &Ray,
         nearest: &mut Nearest,
         counters: &mut TraversalCounters,
     ) {
-        if let Some(tree) = &self.trees[shape as usize] {
-            tree.closest_hit(shape, ray, nearest, counters);
-        } else {
-            counters.primitive_tests += 1;
-            if let Some(hit) = self.analytic_hit(shape, ray) {
-                nearest.offer(hit);
-            }
+        counters.primitive_tests += 1;
+        if let Some(hit) = self.analytic_hit(shape, ray) {
+            nearest.offer(hit);
         }
+    }
+
+    /// Where a mesh's faces are; `None` for other shapes.
+    #[inline]
+    fn faces_of(&self, shape: u32) -> Option<(&FaceTree, Root)> {
+        let Place { tree, part } = self.places[shape as usize]?;
+        let tree = &self.trees[tree];
+        Some((tree, tree.part(part)))
     }
 
     /// The nearest hit on one shape, whatever is in the way.
     pub fn hit_on(&self, shape: u32, ray: &Ray, counters: &mut TraversalCounters) -> Option<Hit> {
         let mut nearest = Nearest::before(f64::INFINITY);
-        self.search_shape(shape, ray, &mut nearest, counters);
+        if let Some((tree, root)) = self.faces_of(shape) {
+            tree.closest_hit(root, ray, &mut nearest, counters);
+        } else {
+            self.try_shape(shape, ray, &mut nearest, counters);
+        }
         nearest.hit()
     }
 
@@ -201,21 +282,22 @@ impl World {
         counters: &mut TraversalCounters,
     ) -> bool {
         counters.rays += 1;
-        let mut blocked_by = |shape: u32| {
-            if let Some(tree) = &self.trees[shape as usize] {
-                tree.any_hit(shape, ray, max_distance, &mut blocks, counters)
-            } else {
+        let mut blocked_by = |target: Target| match target {
+            Target::Tree(tree) => {
+                self.trees[tree].any_hit(ray, max_distance, &mut blocks, counters)
+            }
+            Target::Shape(shape) => {
                 counters.primitive_tests += 1;
                 self.analytic_hit(shape, ray)
                     .is_some_and(|hit| hit.distance < max_distance && blocks(&hit))
             }
         };
-        if let Some(tree) = &self.over_shapes {
+        if let Some(tree) = &self.over_targets {
             let mut blocked = false;
-            let mut search = ShapeSearch {
+            let mut search = TargetSearch {
                 tree,
-                visit: |shape| {
-                    blocked = blocked || blocked_by(shape);
+                visit: |target| {
+                    blocked = blocked || blocked_by(self.targets[target]);
                     // Nothing is nearer than −∞: the search ends.
                     if blocked {
                         f64::NEG_INFINITY
@@ -225,13 +307,14 @@ impl World {
                 },
                 limit: max_distance,
             };
-            if let Some(local) = tree.enter(ray, max_distance) {
-                let visits = tree.search(&local, max_distance, &mut search);
+            let root = tree.whole();
+            if let Some(local) = tree.enter(root, ray, max_distance) {
+                let visits = tree.search(root, &local, max_distance, &mut search);
                 counters.node_visits += visits;
             }
             blocked
         } else {
-            (0..self.shapes.len() as u32).any(blocked_by)
+            self.targets.iter().copied().any(blocked_by)
         }
     }
 
@@ -296,12 +379,9 @@ impl World {
     ) -> bool {
         (0..self.shapes.len() as u32)
             .filter(|&shape| choose(shape))
-            .any(|shape| {
-                let shape = shape as usize;
-                match (&self.shapes[shape], &self.trees[shape]) {
-                    (Shape::Mesh(_), Some(tree)) => tree.any_box(&mut overlaps),
-                    (shape, _) => overlaps(&shape.bounds()),
-                }
+            .any(|shape| match self.faces_of(shape) {
+                Some((tree, root)) => tree.any_box(root, &mut overlaps),
+                None => overlaps(&self.shapes[shape as usize].bounds()),
             })
     }
 }
@@ -316,21 +396,20 @@ impl World {
         pairs: impl Iterator<Item = PlanePair>,
         test: impl FnMut(u32, &[DVec3; 3]) -> bool,
     ) -> bool {
-        self.trees[shape as usize]
-            .as_ref()
-            .is_some_and(|tree| tree.any_face(pairs, test))
+        self.faces_of(shape)
+            .is_some_and(|(tree, root)| tree.any_face(root, pairs, test))
     }
 }
 
-/// A search of the shapes of the leaves visited.
-struct ShapeSearch<'a, F> {
+/// A search of the targets of the leaves visited.
+struct TargetSearch<'a, F> {
     tree: &'a BoxTree,
-    /// The visit of one shape; returns the new limit.
+    /// The visit of one target; returns the new limit.
     visit: F,
     limit: f64,
 }
 
-impl<F: FnMut(u32) -> f64> LeafVisitor for ShapeSearch<'_, F> {
+impl<F: FnMut(usize) -> f64> LeafVisitor for TargetSearch<'_, F> {
     #[inline]
     fn candidates(&self, _lanes: impl Lanes, leaf: usize, _ray: &LocalRay) -> u32 {
         (1 << self.tree.leaf(leaf).len()) - 1
@@ -338,8 +417,8 @@ impl<F: FnMut(u32) -> f64> LeafVisitor for ShapeSearch<'_, F> {
 
     #[inline]
     fn test(&mut self, leaf: usize, _candidates: u32) -> f64 {
-        for &shape in self.tree.leaf(leaf) {
-            self.limit = (self.visit)(shape);
+        for &target in self.tree.leaf(leaf) {
+            self.limit = (self.visit)(target as usize);
         }
         self.limit
     }

@@ -202,7 +202,15 @@ impl Envmap {
     pub fn radiance(&self, direction: DVec3) -> Rgb {
         match &self.sky {
             Some(sky) => of_sky(sky, self.to_world.transpose() * direction) * self.scale,
-            None => self.at(self.coordinates(direction)),
+            None => self.at(self.coordinates(direction).0),
+        }
+    }
+
+    /// [`Self::radiance`] from a direction whose place in the image is in this cell.
+    pub fn radiance_in(&self, direction: DVec3, cell: &EnvmapCell) -> Rgb {
+        match &self.sky {
+            Some(_) => self.radiance(direction),
+            None => self.in_cell(cell),
         }
     }
 
@@ -212,24 +220,31 @@ impl Envmap {
             let (own, _) = direction_in(coordinates, (self.image.width(), self.image.height()));
             return of_sky(sky, own) * self.scale;
         }
-        self.cell(coordinates)
-            .blend(|column, row| Rgb(self.image.texel(column, row)))
-            * self.scale
+        self.in_cell(&self.cell(coordinates))
     }
 
-    /// The column (in 0..w) and row (in 0..=h − 1) that lie in `direction`, not rounded.
-    pub fn coordinates(&self, direction: DVec3) -> DVec2 {
+    /// The image's radiance at a place.
+    fn in_cell(&self, cell: &EnvmapCell) -> Rgb {
+        cell.blend(|column, row| Rgb(self.image.texel(column, row))) * self.scale
+    }
+
+    /// The column (in 0..w) and row (in 0..=h − 1) that lie in `direction`, a unit vector, not rounded, and
+    /// the sine of its angle to the poles.
+    pub fn coordinates(&self, direction: DVec3) -> (DVec2, f64) {
         let DVec3 { x, y, z } = self.to_world.transpose() * direction;
+        let sin = (x * x + z * z).sqrt();
         // The angle to the axis by atan2: acos loses half the digits at the poles.
-        let theta = math::atan2(math::hypot(x, z), y);
+        let theta = math::atan2(sin, y);
         let width = self.image.width() as f64;
         let column = math::atan2(x, -z) / TAU * width - 0.5;
-        let wrapped = column.rem_euclid(width);
-        DVec2::new(
-            // A remainder may round up to the width itself.
+        // The column is in -w/2 - 1/2..=w/2 - 1/2.
+        let wrapped = if column < 0.0 { column + width } else { column };
+        let coordinates = DVec2::new(
+            // The sum may round up to the width itself.
             if wrapped < width { wrapped } else { 0.0 },
             theta * FRAC_1_PI * (self.image.height() - 1) as f64,
-        )
+        );
+        (coordinates, sin)
     }
 
     /// The direction of a column and a row, a unit vector, and the sine of its angle to the poles.

@@ -5,6 +5,7 @@
 )]
 
 mod diagnostics;
+mod meshes_together;
 mod mitsuba_oracle;
 mod search;
 mod shared_meshes;

@@ -1,7 +1,7 @@
 //! No ray is lost between the triangles of a closed mesh.
 //!
 //! That the search finds the very hit that trying every face finds is tested beside it, in
-//! `src/geometry/mesh_tree/mod.rs`.
+//! `src/geometry/face_tree/mod.rs`.
 
 use glam::DVec3;
 use nephroid::internals::geometry::{MeshParts, Ray};

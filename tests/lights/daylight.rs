@@ -240,7 +240,8 @@ fn samples_say_what_their_direction_says_and_half_of_them_look_at_the_sun() {
         let [a, b, c, _] = stream.point4(index);
         let sample = lights.sample(&from_above(), [a, b, c]).unwrap();
         let ray = Ray::new(DVec3::ZERO, sample.direction);
-        let pdf = lights.pdf_solid_angle(DVec3::ZERO, &ray, None);
+        let (emitted, pdf) = lights.emitted_and_pdf(DVec3::ZERO, &ray, None);
+        assert_eq!(emitted, lights.emitted(&ray, None));
         // As of maps in `environments.rs`.
         assert!((pdf / sample.pdf_solid_angle - 1.0).abs() < 1e-9);
         let back = sample.radiance_over_pdf * sample.pdf_solid_angle;
@@ -303,7 +304,7 @@ fn a_skys_light_is_its_formula_and_not_that_of_its_image() {
         }
         // Its image is off by more: this test sees the difference.
         let map = &found.sky;
-        let cell = map.cell(map.coordinates(direction));
+        let cell = map.cell(map.coordinates(direction).0);
         let of_image = cell.blend(|x, y| Rgb(map.image().texel(x, y))) * map.scale();
         most = most.max((of_image.0[2] / expected.0[2] - 1.0).abs());
     }
@@ -432,7 +433,7 @@ fn no_direction_of_a_sky_is_brighter_than_the_bound_of_the_texels_about_it() {
             let [u, v, ..] = Stream::new(StreamKind::Sobol, 2).point4(index);
             let offset = DVec3::new(u - 0.5, v - 0.5, 0.0) * (4.0 * texel);
             let direction = (sun + offset).normalize();
-            let cell = map.cell(map.coordinates(direction));
+            let cell = map.cell(map.coordinates(direction).0);
             let mut most = Rgb::BLACK;
             for (row, column) in cell
                 .rows

@@ -110,7 +110,8 @@ fn emitted_along(
         .closest_hit(&ray, f64::INFINITY, &mut Default::default())
     {
         let point = scene.world().surface_point(&ray, &hit);
-        let pdf = lights.pdf_solid_angle(from.position, &ray, Some(&hit));
+        let (emitted, pdf) = lights.emitted_and_pdf(from.position, &ray, Some(&hit));
+        assert_eq!(emitted, lights.emitted(&ray, Some(&hit)));
         if pdf > 0.0 {
             let distance = point.position.distance(from.position);
             let cos = point.geometric_normal.dot(direction).abs();
@@ -337,7 +338,7 @@ fn the_back_of_a_light_is_dark() {
                 .closest_hit(&ray, f64::INFINITY, &mut Default::default());
             assert!(hit.is_some());
             assert_eq!(!lights.emitted(&ray, hit.as_ref()).is_black(), shines);
-            let pdf = lights.pdf_solid_angle(from.position, &ray, hit.as_ref());
+            let pdf = lights.emitted_and_pdf(from.position, &ray, hit.as_ref()).1;
             assert_eq!(pdf > 0.0, shines);
             assert_eq!(lights.sample(&from, [0.5; 3]).is_some(), shines);
         }
@@ -434,5 +435,5 @@ fn a_scene_without_lights_has_nothing_to_sample() {
     assert!(lights.sample(&from, [0.5; 3]).is_none());
     let ray = Ray::new(from.position, -DVec3::Z);
     assert!(lights.emitted(&ray, None).is_black());
-    assert_eq!(lights.pdf_solid_angle(from.position, &ray, None), 0.0);
+    assert_eq!(lights.emitted_and_pdf(from.position, &ray, None).1, 0.0);
 }

@@ -51,7 +51,7 @@ fn check_ray(scene: &Scene, lights: &Lights, case: &str, numbers: &[f64]) -> Res
     let Some(&mitsuba) = numbers.get(9) else {
         return Ok(());
     };
-    let pdf = lights.pdf_solid_angle(from, &ray, hit.as_ref());
+    let pdf = lights.emitted_and_pdf(from, &ray, hit.as_ref()).1;
     let is_inside = case.contains("sphere") && case.contains("flip_normals");
     // From inside of a ball Mitsuba chooses points of its wall, and this program directions.
     let expected = if is_inside {

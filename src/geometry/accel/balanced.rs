@@ -13,7 +13,6 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-use super::lanes::WIDTH;
 use crate::numeric::morton_code;
 
 /// Number of neighbours, each way, among which obvhs' `medium` preset looks for a partner.
@@ -90,8 +89,8 @@ fn nearest(boxes: &[Aabb], index: usize) -> usize {
     best.0
 }
 
-/// A tree that halves the Morton curve until a leaf holds the rest.
-pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
+/// A tree that halves the Morton curve until a leaf may hold the rest.
+pub(super) fn build(boxes: &[Aabb], most_in_leaf: usize) -> Bvh2 {
     let order = along_the_curve(boxes);
     let around = |first: usize, count: usize| {
         order[first..first + count]
@@ -110,7 +109,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
             nodes[index].first_index as usize,
             nodes[index].prim_count as usize,
         );
-        if count <= WIDTH {
+        if count <= most_in_leaf {
             continue;
         }
         let half = count / 2;
@@ -130,6 +129,7 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::accel::lanes::WIDTH;
 
     /// A box with its least corner at (x, 0, 0).
     fn cube(x: f32, side: f32) -> Aabb {
@@ -153,25 +153,29 @@ mod tests {
     #[test]
     fn every_box_is_in_one_leaf_and_inside_of_all_above_it() {
         let boxes: Vec<Aabb> = (0..1000).map(|n| cube(n as f32, 1.0)).collect();
-        let tree = build(&boxes);
-        let mut seen = vec![0; boxes.len()];
-        let mut pending = vec![(0, tree.nodes[0])];
-        while let Some((depth, node)) = pending.pop() {
-            // 1000 / 8 = 125 leaves: seven halvings.
-            assert!(depth <= 7);
-            let first = node.first_index as usize;
-            if node.is_leaf() {
-                for &number in &tree.primitive_indices[first..first + node.prim_count as usize] {
-                    seen[number as usize] += 1;
-                    assert_eq!(node.aabb().union(&boxes[number as usize]), *node.aabb());
-                }
-            } else {
-                for child in [tree.nodes[first], tree.nodes[first + 1]] {
-                    assert_eq!(node.aabb().union(child.aabb()), *node.aabb());
-                    pending.push((depth + 1, child));
+        // 1000 / 8 = 125 leaves: seven halvings; 1000 leaves: ten.
+        for (most_in_leaf, halvings) in [(WIDTH, 7), (1, 10)] {
+            let tree = build(&boxes, most_in_leaf);
+            let mut seen = vec![0; boxes.len()];
+            let mut pending = vec![(0, tree.nodes[0])];
+            while let Some((depth, node)) = pending.pop() {
+                assert!(depth <= halvings);
+                let first = node.first_index as usize;
+                if node.is_leaf() {
+                    assert!((1..=most_in_leaf as u32).contains(&node.prim_count));
+                    for &number in &tree.primitive_indices[first..first + node.prim_count as usize]
+                    {
+                        seen[number as usize] += 1;
+                        assert_eq!(node.aabb().union(&boxes[number as usize]), *node.aabb());
+                    }
+                } else {
+                    for child in [tree.nodes[first], tree.nodes[first + 1]] {
+                        assert_eq!(node.aabb().union(child.aabb()), *node.aabb());
+                        pending.push((depth + 1, child));
+                    }
                 }
             }
+            assert!(seen.iter().all(|&count| count == 1));
         }
-        assert!(seen.iter().all(|&count| count == 1));
     }
 }

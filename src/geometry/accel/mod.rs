@@ -1,6 +1,6 @@
 //! The search for candidates: primitives that a ray may hit. The only room that knows obvhs.
 //!
-//! - [`build`]: obvhs' binary tree over boxes, collapsed into nodes of eight children.
+//! - [`build`]: obvhs' binary trees over boxes, collapsed into nodes of eight children and joined into one.
 //! - [`balanced`]: a plain tree for boxes that obvhs would take too long over.
 //! - [`tree`]: the nodes, in `f32`.
 //! - [`walk`]: the search of one ray through them, step by step.
@@ -31,4 +31,4 @@ pub(super) use lanes::Lanes;
 pub(super) use pack::TrianglePack;
 pub(super) use ray::LocalRay;
 pub(super) use stream::Searches;
-pub(super) use tree::{BoxTree, LeafVisitor};
+pub(super) use tree::{BoxTree, LeafVisitor, Root};

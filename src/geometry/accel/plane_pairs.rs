@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{
     lanes::{Lanes, WIDTH},
     ray::NARROW_ROUNDOFF,
-    tree::{BoxTree, Child, TreeNode},
+    tree::{BoxTree, Root, TreeNode},
     tree_frame::TreeFrame,
     walk::Stack,
 };
@@ -90,16 +90,17 @@ impl LocalPlanePairs {
 }
 
 impl BoxTree {
-    /// True if `leaf(position in the order)` holds for any primitive of a leaf whose box may be between all
-    /// pairs of planes.
+    /// True if `leaf(position in the order)` holds for any primitive of a leaf below `root` whose box may be
+    /// between all pairs of planes.
     pub(in crate::geometry) fn any_between_planes(
         &self,
+        root: Root,
         pairs: impl Iterator<Item = PlanePair>,
         mut leaf: impl FnMut(usize) -> bool,
     ) -> bool {
         let pairs = LocalPlanePairs::new(&self.frame, pairs);
         let mut stack = Stack::new();
-        stack.push(Child::node(0));
+        stack.push(root.node);
         while let Some((_, next)) = stack.pop() {
             if let Some(index) = next.as_leaf() {
                 if self.leaf_range(index).any(&mut leaf) {
@@ -173,7 +174,7 @@ mod tests {
     fn found(boxes: &[Bounds], pairs: &[PlanePair]) -> Vec<usize> {
         let tree = BoxTree::new(boxes);
         let mut found = Vec::new();
-        tree.any_between_planes(pairs.iter().copied(), |position| {
+        tree.any_between_planes(tree.whole(), pairs.iter().copied(), |position| {
             found.push(tree.order()[position] as usize);
             false
         });

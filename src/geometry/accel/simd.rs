@@ -10,17 +10,19 @@ use super::{
     plane_pairs::LocalPlanePairs,
     ray::LocalRay,
     stream::Searches,
-    tree::{BoxTree, LeafVisitor, TreeNode},
+    tree::{BoxTree, LeafVisitor, Root, TreeNode},
 };
 
 impl BoxTree {
-    /// Visits all leaves that the ray may enter before `limit`, or before the distance that the last visit
-    /// returned, the nearest first as far as their boxes tell. Returns the number of nodes visited.
+    /// Visits all leaves below `root` that the ray may enter before `limit`, or before the distance that the
+    /// last visit returned, the nearest first as far as their boxes tell. Returns the number of nodes
+    /// visited.
     ///
     /// Uses the best instructions that this processor has.
     #[inline]
     pub(in crate::geometry) fn search(
         &self,
+        root: Root,
         ray: &LocalRay,
         limit: f64,
         visitor: &mut impl LeafVisitor,
@@ -29,9 +31,9 @@ impl BoxTree {
         if let Some(lanes) = Avx2::detect() {
             // SAFETY: the token proves that the processor has the feature.
             #[allow(unsafe_code)]
-            return unsafe { search_avx2(lanes, self, ray, limit, visitor) };
+            return unsafe { search_avx2(lanes, self, root, ray, limit, visitor) };
         }
-        self.search_local(Portable, ray, limit, visitor)
+        self.search_local(Portable, root, ray, limit, visitor)
     }
 
     /// All searches, some at a time by turns. Returns the number of nodes visited.
@@ -72,11 +74,12 @@ fn children_in_avx2(lanes: Avx2, node: &TreeNode, pairs: &LocalPlanePairs) -> u3
 fn search_avx2(
     lanes: Avx2,
     tree: &BoxTree,
+    root: Root,
     ray: &LocalRay,
     limit: f64,
     visitor: &mut impl LeafVisitor,
 ) -> u64 {
-    tree.search_local(lanes, ray, limit, visitor)
+    tree.search_local(lanes, root, ray, limit, visitor)
 }
 
 #[cfg(target_arch = "x86_64")]

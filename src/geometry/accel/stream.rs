@@ -69,7 +69,7 @@ impl BoxTree {
         while slots.len() < AT_A_TIME
             && let Some((ray, number, limit)) = searches.next()
         {
-            let walk = Walk::new(&ray, limit);
+            let walk = Walk::new(self.whole, &ray, limit);
             slots.push(Slot { walk, ray, number });
         }
         while !slots.is_empty() {
@@ -86,7 +86,7 @@ impl BoxTree {
                 {
                     slot.walk.announce(lanes, self, &visitor);
                 } else if let Some((ray, number, limit)) = searches.next() {
-                    slot.walk.restart(&ray, limit);
+                    slot.walk.restart(self.whole, &ray, limit);
                     (slot.ray, slot.number) = (ray, number);
                 } else {
                     slots.swap_remove(turn);

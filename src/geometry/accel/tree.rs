@@ -1,4 +1,4 @@
-//! A tree of boxes with eight children a node.
+//! Trees of boxes with eight children a node, in one frame.
 
 use std::ops::Range;
 
@@ -44,15 +44,27 @@ impl Child {
 }
 
 /// A tree over boxes that never loses a candidate.
+///
+/// The boxes may come in parts. Each has a tree of its own, and there is one over all, with the same leaves.
+/// They share a frame, so that a ray enters it but once.
 pub(in crate::geometry) struct BoxTree {
-    pub(super) bounds: Bounds,
     pub(super) frame: TreeFrame,
-    /// The first is the root.
+    /// The tree over all boxes.
+    pub(super) whole: Root,
+    pub(super) parts: Vec<Root>,
     pub(super) nodes: Vec<TreeNode>,
     /// Index in `order` at which each leaf's primitives begin; one entry more than there are leaves.
     pub(super) leaf_starts: Vec<u32>,
     /// The primitives, leaf by leaf.
     pub(super) order: Vec<u32>,
+}
+
+/// Where a search begins.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::geometry) struct Root {
+    /// The box around everything below.
+    pub(super) bounds: Bounds,
+    pub(super) node: Child,
 }
 
 /// The work at the leaves of a search, in two steps: a wait for memory may come between.
@@ -70,6 +82,18 @@ pub(in crate::geometry) trait LeafVisitor {
 impl BoxTree {
     pub(in crate::geometry) fn frame(&self) -> TreeFrame {
         self.frame
+    }
+
+    /// The root of all boxes.
+    #[inline]
+    pub(in crate::geometry) fn whole(&self) -> Root {
+        self.whole
+    }
+
+    /// The root of one part.
+    #[inline]
+    pub(in crate::geometry) fn part(&self, part: usize) -> Root {
+        self.parts[part]
     }
 
     pub(in crate::geometry) fn leaf_count(&self) -> usize {
@@ -93,20 +117,25 @@ impl BoxTree {
         &self.order[self.leaf_range(leaf)]
     }
 
-    /// The ray in the tree's own frame, unless it misses all boxes before `limit`.
+    /// The ray in the tree's own frame, unless it misses all boxes below `root` before `limit`.
     #[inline]
-    pub(in crate::geometry) fn enter(&self, ray: &Ray, limit: f64) -> Option<LocalRay> {
-        LocalRay::enter(&self.frame, &self.bounds, ray, limit)
+    pub(in crate::geometry) fn enter(&self, root: Root, ray: &Ray, limit: f64) -> Option<LocalRay> {
+        // The root of nothing has no children to go on with.
+        if root.bounds.is_empty() {
+            return None;
+        }
+        LocalRay::enter(&self.frame, &root.bounds, ray, limit)
     }
 
-    /// True if `leaf(position in the order)` holds for any primitive in boxes for all of which `overlaps`
-    /// holds.
+    /// True if `leaf(position in the order)` holds for any primitive below `root`, in boxes for all of which
+    /// `overlaps` holds.
     pub(in crate::geometry) fn any_box<O: FnMut(&Bounds) -> bool>(
         &self,
+        root: Root,
         overlaps: &mut O,
         mut leaf: impl FnMut(usize, &mut O) -> bool,
     ) -> bool {
-        let mut stack = vec![Child::node(0)];
+        let mut stack = vec![root.node];
         while let Some(next) = stack.pop() {
             if let Some(index) = next.as_leaf() {
                 if self
@@ -129,7 +158,10 @@ impl BoxTree {
     }
 
     pub(in crate::geometry) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.nodes) + size_of_val(&*self.leaf_starts) + size_of_val(&*self.order)
+        size_of_val(&*self.nodes)
+            + size_of_val(&*self.parts)
+            + size_of_val(&*self.leaf_starts)
+            + size_of_val(&*self.order)
     }
 }
 

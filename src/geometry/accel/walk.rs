@@ -3,7 +3,7 @@
 use super::{
     lanes::Lanes,
     ray::LocalRay,
-    tree::{BoxTree, Child, LeafVisitor},
+    tree::{BoxTree, Child, LeafVisitor, Root},
 };
 
 /// A ray's search under way: what it visits next, and what waits.
@@ -25,11 +25,12 @@ impl BoxTree {
     pub(super) fn search_local(
         &self,
         lanes: impl Lanes,
+        root: Root,
         ray: &LocalRay,
         limit: f64,
         visitor: &mut impl LeafVisitor,
     ) -> u64 {
-        let mut walk = Walk::new(ray, limit);
+        let mut walk = Walk::new(root, ray, limit);
         let mut visits = 0;
         loop {
             visits += u64::from(walk.is_at_node());
@@ -41,26 +42,26 @@ impl BoxTree {
 }
 
 impl Walk {
-    /// A search at the root.
+    /// A search from a root.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    pub(super) fn new(ray: &LocalRay, limit: f64) -> Self {
+    pub(super) fn new(root: Root, ray: &LocalRay, limit: f64) -> Self {
         let mut walk = Self {
             stack: Stack::new(),
             next: Child::NONE,
             candidates: 0,
             limit: 0.0,
         };
-        walk.restart(ray, limit);
+        walk.restart(root, ray, limit);
         walk
     }
 
-    /// Starts anew at the root.
+    /// Starts anew from a root.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    pub(super) fn restart(&mut self, ray: &LocalRay, limit: f64) {
+    pub(super) fn restart(&mut self, root: Root, ray: &LocalRay, limit: f64) {
         self.stack.clear();
-        self.next = Child::node(0);
+        self.next = root.node;
         self.candidates = 0;
         self.limit = ray.local_limit(limit);
     }

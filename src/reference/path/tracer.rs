@@ -256,7 +256,7 @@ impl<'a> Tracer<'a> {
             .max_depth
             .is_some_and(|most| path.legs >= most);
         if !is_last {
-            self.sample_emitter(path, (&hit, &point), &bsdf, numbers.emitter(surface));
+            self.sample_emitter(path, (&hit, &point), &bsdf, || numbers.emitter(surface));
         }
         let (choice, roulette) = numbers.surface(surface);
         match bsdf.sample(wi, choice, Transport::Radiance) {
@@ -297,16 +297,17 @@ impl<'a> Tracer<'a> {
         if !self.settings.classes.contains(class) {
             return;
         }
-        let emitted = self.lights.emitted(&path.ray, hit);
+        let (emitted, weight) = match path.last {
+            None => (self.lights.emitted(&path.ray, hit), 1.0),
+            Some((from, of_surface)) => {
+                let (emitted, of_emitter) = self.lights.emitted_and_pdf(from, &path.ray, hit);
+                let way = self.settings.light_sampling;
+                (emitted, way.weight_of_surface(of_surface, of_emitter))
+            }
+        };
         if emitted.is_black() {
             return;
         }
-        let weight = path.last.map_or(1.0, |(from, of_surface)| {
-            let of_emitter = self.lights.pdf_solid_angle(from, &path.ray, hit);
-            self.settings
-                .light_sampling
-                .weight_of_surface(of_surface, of_emitter)
-        });
         path.radiance[class.index()] += path.throughput * emitted * weight;
     }
 
@@ -316,7 +317,7 @@ impl<'a> Tracer<'a> {
         path: &mut Path,
         (hit, point): (&Hit, &SurfacePoint),
         bsdf: &Bsdf,
-        u: [f64; 3],
+        u: impl Fn() -> [f64; 3],
     ) {
         let wi = -path.ray.direction;
         let event = event(bsdf, wi, false);
@@ -325,7 +326,7 @@ impl<'a> Tracer<'a> {
         if bsdf.is_delta() || !way.samples_emitters() || !self.settings.classes.contains(class) {
             return;
         }
-        let Some(light) = self.lights.sample(point, u) else {
+        let Some(light) = self.lights.sample(point, u()) else {
             return;
         };
         let mut value = bsdf.eval(wi, light.direction, Transport::Radiance);

@@ -84,6 +84,7 @@ fn arriving(point: &SurfacePoint, light: &Environment, at: DVec2) -> Option<(DVe
     if cosine <= 0.0 {
         return None;
     }
-    let both = 0.5 * (light.pdf_solid_angle(towards) + cosine * FRAC_1_PI);
-    Some((towards, light.radiance(towards) * (cosine / both)))
+    let (radiance, pdf) = light.radiance_and_pdf(towards);
+    let both = 0.5 * (pdf + cosine * FRAC_1_PI);
+    Some((towards, radiance * (cosine / both)))
 }

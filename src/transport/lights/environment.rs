@@ -8,7 +8,7 @@ use super::sample::LightSample;
 use crate::numeric::WeightedChoice;
 use crate::numeric::math;
 use crate::radiometry::Rgb;
-use crate::scene::{Daylight, Emitter, Envmap, SunDisc, luminance};
+use crate::scene::{Daylight, Emitter, Envmap, EnvmapCell, SunDisc, luminance};
 
 /// An environment: it looks the same from every point.
 #[derive(Clone, Debug)]
@@ -60,19 +60,21 @@ impl<'a> Environment<'a> {
         }
     }
 
-    /// The density [1/sr] of a direction in [`Self::sample`].
-    pub(in crate::transport) fn pdf_solid_angle(&self, direction: DVec3) -> f64 {
+    /// Radiance [W/m²/sr] from a direction, and its density [1/sr] in [`Self::sample`].
+    pub(in crate::transport) fn radiance_and_pdf(&self, direction: DVec3) -> (Rgb, f64) {
         match self {
-            Self::Constant(_) => 1.0 / (4.0 * PI),
-            Self::Image(light) => light.pdf_solid_angle(direction),
+            Self::Constant(radiance) => (*radiance, 1.0 / (4.0 * PI)),
+            Self::Image(light) => light.radiance_and_pdf(direction),
             Self::Daylight(sky, sun) => {
+                let (of_the_sky, pdf) = sky.radiance_and_pdf(direction);
                 let share = sun_share(sky);
                 let of_sun = if sun.contains(direction) {
                     1.0 / sun.solid_angle()
                 } else {
                     0.0
                 };
-                share * of_sun + (1.0 - share) * sky.pdf_solid_angle(direction)
+                let pdf = share * of_sun + (1.0 - share) * pdf;
+                (of_the_sky + sun.radiance(direction), pdf)
             }
         }
     }
@@ -89,8 +91,8 @@ impl<'a> Environment<'a> {
                 } else {
                     sky.sample([(u[0] - share) / (1.0 - share), u[1]])?.0
                 };
-                let pdf = self.pdf_solid_angle(direction);
-                (direction, pdf, self.radiance(direction))
+                let (radiance, pdf) = self.radiance_and_pdf(direction);
+                (direction, pdf, radiance)
             }
         };
         Some(LightSample {
@@ -181,8 +183,10 @@ impl<'a> ImageLight<'a> {
         };
         for row in 0..last {
             // A cell's integral of a bilinear weight is that of its middle.
-            let middle =
-                |column: usize| light.weight(DVec2::new(column as f64 + 0.5, row as f64 + 0.5));
+            let middle = |column: usize| {
+                let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+                light.weight(&map.cell(at))
+            };
             let columns = WeightedChoice::new((0..width).map(middle));
             light.columns.push(columns);
         }
@@ -198,21 +202,21 @@ impl<'a> ImageLight<'a> {
         luminance(Rgb(self.map.image().texel(column, row))) * self.sines[row]
     }
 
-    /// The weight at continuous coordinates.
-    fn weight(&self, coordinates: DVec2) -> f64 {
-        self.map
-            .cell(coordinates)
-            .blend(|column, row| self.texel_weight(column, row))
+    /// The weight at a place.
+    fn weight(&self, cell: &EnvmapCell) -> f64 {
+        cell.blend(|column, row| self.texel_weight(column, row))
     }
 
-    fn pdf_solid_angle(&self, direction: DVec3) -> f64 {
-        let coordinates = self.map.coordinates(direction);
-        let (_, sin) = self.map.direction(coordinates);
-        self.pdf_at(coordinates, sin)
+    fn radiance_and_pdf(&self, direction: DVec3) -> (Rgb, f64) {
+        let (coordinates, sin) = self.map.coordinates(direction);
+        let cell = self.map.cell(coordinates);
+        let pdf = self.pdf(self.weight(&cell), sin);
+        (self.map.radiance_in(direction, &cell), pdf)
     }
 
-    fn pdf_at(&self, coordinates: DVec2, sin: f64) -> f64 {
-        let pdf = self.weight(coordinates) / (self.mean_weight * 2.0 * PI * PI * sin);
+    /// The density [1/sr] where the weight and the sine of the angle to the poles are these.
+    fn pdf(&self, weight: f64, sin: f64) -> f64 {
+        let pdf = weight / (self.mean_weight * 2.0 * PI * PI * sin);
         // At a pole, and if all is black, this is 0 / 0.
         if pdf.is_finite() { pdf } else { 0.0 }
     }
@@ -231,7 +235,8 @@ impl<'a> ImageLight<'a> {
         let across = linear(a + (c - a) * down, b + (d - b) * down, column.rest);
         let coordinates = corner + DVec2::new(across, down);
         let (direction, sin) = self.map.direction(coordinates);
-        let pdf = self.pdf_at(coordinates, sin);
+        let along = |left: f64, right: f64| left * (1.0 - across) + right * across;
+        let pdf = self.pdf(along(a, b) * (1.0 - down) + along(c, d) * down, sin);
         (pdf > 0.0).then(|| (direction, pdf, self.map.at(coordinates)))
     }
 }

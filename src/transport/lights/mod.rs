@@ -6,7 +6,7 @@
 //! |---|---|
 //! | in which direction may light come from? | [`sample`](Lights::sample) |
 //! | what does the light shine that this ray met? | [`emitted`](Lights::emitted) |
-//! | how likely would `sample` have chosen this ray? | [`pdf_solid_angle`](Lights::pdf_solid_angle) |
+//! | how likely would `sample` have chosen this ray? | [`emitted_and_pdf`](Lights::emitted_and_pdf) |
 //!
 //! `sample` first chooses an emitter, all with the same probability as Mitsuba's `path` does, then a
 //! direction towards it. The sample does not tell if anything is in the way: see

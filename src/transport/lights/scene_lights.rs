@@ -124,20 +124,25 @@ impl<'a> Lights<'a> {
         }
     }
 
-    /// The density [1/sr] with which [`sample`](Self::sample) at `from` chooses the ray's direction for the
-    /// light that the ray met. It is zero if that light sends nothing along the ray.
+    /// [`Self::emitted`], and the density [1/sr] with which [`sample`](Self::sample) at `from` chooses the
+    /// ray's direction for the light that the ray met. It is zero if that light sends nothing along the ray.
     ///
     /// The ray may start elsewhere on the line, as it does behind null surfaces.
-    pub fn pdf_solid_angle(&self, from: DVec3, ray: &Ray, hit: Option<&Hit>) -> f64 {
-        let pdf = match self.met(hit) {
+    pub fn emitted_and_pdf(&self, from: DVec3, ray: &Ray, hit: Option<&Hit>) -> (Rgb, f64) {
+        let (emitted, pdf) = match self.met(hit) {
             Some(LightHit::Surface(light, hit)) => {
+                let emitted = light.emitted(ray, hit);
+                if emitted.is_black() {
+                    return (emitted, 0.0);
+                }
                 let point = self.scene.world().bounce_point(ray, hit);
-                light.pdf_solid_angle(from, hit.face, &point, ray.direction)
+                let pdf = light.pdf_solid_angle(from, hit.face, &point, ray.direction);
+                (emitted, pdf)
             }
-            Some(LightHit::Environment(light)) => light.pdf_solid_angle(ray.direction),
-            None => 0.0,
+            Some(LightHit::Environment(light)) => light.radiance_and_pdf(ray.direction),
+            None => (Rgb::BLACK, 0.0),
         };
-        pdf / self.list.len().max(1) as f64
+        (emitted, pdf / self.list.len().max(1) as f64)
     }
 
     /// The light that a ray met, if there is one.

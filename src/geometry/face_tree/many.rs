@@ -1,6 +1,6 @@
-//! The search among a mesh's triangles for many rays, which wait for memory together.
+//! The search among the triangles of meshes for many rays, which wait for memory together.
 
-use super::MeshTree;
+use super::FaceTree;
 use crate::geometry::{
     Segment,
     accel::{Lanes, LocalRay, Searches},
@@ -17,22 +17,21 @@ const MANY_LEAVES: usize = 8192;
 /// took the same time at 15, 8 and 8 of them for 80,000, 328,000 and 871,000 triangles.
 const LEAVES_APART: f64 = 10.0;
 
-impl MeshTree {
+impl FaceTree {
     /// [`Self::closest_hit`] of many rays, each with its own nearest hit so far.
     ///
     /// Searches go on by turns if that is likely to pay. The hits are the same.
     pub(in crate::geometry) fn closest_hits(
         &self,
-        shape: u32,
         segments: &[Segment],
         nearest: &mut [Nearest],
         counters: &mut TraversalCounters,
     ) {
         if self.waits_for_memory() && self.are_apart(segments) {
-            self.closest_hits_by_turns(shape, segments, nearest, counters);
+            self.closest_hits_by_turns(segments, nearest, counters);
         } else {
             for (segment, nearest) in segments.iter().zip(nearest) {
-                self.closest_hit(shape, &segment.ray, nearest, counters);
+                self.closest_hit(self.whole(), &segment.ray, nearest, counters);
             }
         }
     }
@@ -40,14 +39,12 @@ impl MeshTree {
     /// The same by turns, whether it pays or not.
     pub(super) fn closest_hits_by_turns(
         &self,
-        shape: u32,
         segments: &[Segment],
         nearest: &mut [Nearest],
         counters: &mut TraversalCounters,
     ) {
         let mut searches = HitSearches {
             tree: self,
-            shape,
             segments,
             nearest,
             next: 0,
@@ -71,7 +68,7 @@ impl MeshTree {
         let scale = self.tree.frame().scale;
         let steps = segments.windows(2).map(|pair| {
             let [a, b] = [pair[0].ray, pair[1].ray];
-            // Beyond the mesh's extent, further is not more apart.
+            // Beyond the tree's extent, further is not more apart.
             let origins = (a.origin.distance(b.origin) * scale).min(2.0);
             origins + a.direction.distance(b.direction)
         });
@@ -82,8 +79,7 @@ impl MeshTree {
 
 /// The searches for the nearest hits of many rays.
 struct HitSearches<'a> {
-    tree: &'a MeshTree,
-    shape: u32,
+    tree: &'a FaceTree,
     segments: &'a [Segment],
     nearest: &'a mut [Nearest],
     /// The next ray's index.
@@ -99,7 +95,7 @@ impl Searches for HitSearches<'_> {
             let number = self.next;
             self.next += 1;
             let limit = self.nearest[number].limit();
-            if let Some(local) = self.tree.tree.enter(&segment.ray, limit) {
+            if let Some(local) = self.tree.tree.enter(self.tree.whole(), &segment.ray, limit) {
                 return Some((local, number, limit));
             }
         }
@@ -133,10 +129,9 @@ impl Searches for HitSearches<'_> {
         self.tests += u64::from(candidates.count_ones());
         let sheared = ShearedRay::new(&self.segments[ray].ray);
         let nearest = &mut self.nearest[ray];
-        self.tree
-            .test(leaf, candidates, self.shape, &sheared, |hit| {
-                nearest.offer(hit);
-            });
+        self.tree.test(leaf, candidates, &sheared, |hit| {
+            nearest.offer(hit);
+        });
         nearest.limit()
     }
 }
@@ -149,7 +144,7 @@ mod tests {
     use glam::DVec3;
 
     /// A flat sheet of 2 n² triangles in -1..1.
-    fn sheet(n: u32) -> MeshTree {
+    fn sheet(n: u32) -> FaceTree {
         let row = n + 1;
         let at = |i: u32| 2.0 * f64::from(i) / f64::from(n) - 1.0;
         let positions = (0..row * row).map(|i| DVec3::new(at(i % row), at(i / row), 0.0));
@@ -160,7 +155,7 @@ mod tests {
             triangles: triangles.collect(),
             ..MeshParts::default()
         });
-        MeshTree::new(&mesh.expect("valid"))
+        FaceTree::new(&[(0, &mesh.expect("valid"))])
     }
 
     fn downward(origins: impl Iterator<Item = DVec3>) -> Vec<Segment> {

@@ -1,13 +1,16 @@
-//! The search among a mesh's triangles: for one ray here, for many in [`many`].
+//! The search among the triangles of meshes: for one ray here, for many in [`many`].
 
 mod many;
+mod sharing;
+
+pub(super) use sharing::sharing;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::{
     Bounds, Hit, Mesh, PlanePair, Ray,
-    accel::{BoxTree, Lanes, LeafVisitor, LocalRay, TrianglePack},
+    accel::{BoxTree, Lanes, LeafVisitor, LocalRay, Root, TrianglePack},
     counters::TraversalCounters,
     nearest::Nearest,
     triangle::ShearedRay,
@@ -20,10 +23,14 @@ struct FaceLeaf {
     pack: TrianglePack,
     /// The position of the first among all faces in the order of leaves.
     first: u32,
+    /// The shape that they belong to.
+    shape: u32,
 }
 
-/// A tree over a mesh's distinct faces.
-pub(super) struct MeshTree {
+/// A tree over the distinct faces of one mesh, or of some of about the same size.
+///
+/// A search of all of them prepares its ray but once. Each can be searched alone, too.
+pub(super) struct FaceTree {
     tree: BoxTree,
     leaves: Vec<FaceLeaf>,
     /// The faces, leaf by leaf.
@@ -32,39 +39,64 @@ pub(super) struct MeshTree {
     corners: Vec<[DVec3; 3]>,
 }
 
-impl MeshTree {
-    pub(super) fn new(mesh: &Mesh) -> Self {
-        let faces = mesh.distinct_faces();
-        let boxes: Vec<Bounds> = faces
+impl FaceTree {
+    /// A tree over these shapes' meshes, each a part.
+    pub(super) fn new(meshes: &[(u32, &Mesh)]) -> Self {
+        let distinct: Vec<Vec<u32>> = meshes
             .par_iter()
-            .map(|&face| Bounds::from_points(mesh.corners(face)))
+            .map(|(_, mesh)| mesh.distinct_faces())
             .collect();
-        let tree = BoxTree::new(&boxes);
+        let boxes: Vec<Vec<Bounds>> = (meshes.par_iter().zip(&distinct))
+            .map(|((_, mesh), faces)| {
+                let bounds = |&face: &u32| Bounds::from_points(mesh.corners(face));
+                faces.par_iter().map(bounds).collect()
+            })
+            .collect();
+        let boxes: Vec<&[Bounds]> = boxes.iter().map(Vec::as_slice).collect();
+        let tree = BoxTree::of_parts(&boxes);
+        // Of each box in the order of parts: the index of its mesh, and its face.
+        let origin: Vec<(u32, u32)> = (0..)
+            .zip(&distinct)
+            .flat_map(|(part, faces)| faces.iter().map(move |&face| (part, face)))
+            .collect();
+        let corners = |&index: &u32| {
+            let (part, face) = origin[index as usize];
+            meshes[part as usize].1.corners(face)
+        };
         let leaves = (0..tree.leaf_count())
             .into_par_iter()
             .map(|leaf| {
-                let corners = tree
-                    .leaf(leaf)
-                    .iter()
-                    .map(|&index| mesh.corners(faces[index as usize]));
+                let members = tree.leaf(leaf);
+                let (part, _) = origin[members[0] as usize];
                 FaceLeaf {
-                    pack: TrianglePack::new(tree.frame(), corners),
+                    pack: TrianglePack::new(tree.frame(), members.iter().map(corners)),
                     first: tree.leaf_range(leaf).start as u32,
+                    shape: meshes[part as usize].0,
                 }
             })
             .collect();
-        let faces: Vec<u32> = tree
-            .order()
-            .iter()
-            .map(|&index| faces[index as usize])
-            .collect();
-        let corners = faces.par_iter().map(|&face| mesh.corners(face)).collect();
         Self {
-            tree,
             leaves,
-            faces,
-            corners,
+            faces: tree
+                .order()
+                .iter()
+                .map(|&index| origin[index as usize].1)
+                .collect(),
+            corners: tree.order().par_iter().map(corners).collect(),
+            tree,
         }
+    }
+
+    /// The root of all meshes.
+    #[inline]
+    pub(super) fn whole(&self) -> Root {
+        self.tree.whole()
+    }
+
+    /// The root of one mesh, by its place among those given.
+    #[inline]
+    pub(super) fn part(&self, part: usize) -> Root {
+        self.tree.part(part)
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
@@ -77,19 +109,18 @@ impl MeshTree {
     #[inline]
     pub(super) fn closest_hit(
         &self,
-        shape: u32,
+        root: Root,
         ray: &Ray,
         nearest: &mut Nearest,
         counters: &mut TraversalCounters,
     ) {
         let limit = nearest.limit();
-        let Some(local) = self.tree.enter(ray, limit) else {
+        let Some(local) = self.tree.enter(root, ray, limit) else {
             return;
         };
         let mut search = FaceSearch {
             tree: self,
             sheared: ShearedRay::new(ray),
-            shape,
             tests: 0,
             limit,
             found: |hit: Hit| {
@@ -97,26 +128,25 @@ impl MeshTree {
                 nearest.limit()
             },
         };
-        counters.node_visits += self.tree.search(&local, limit, &mut search);
+        counters.node_visits += self.tree.search(root, &local, limit, &mut search);
         counters.primitive_tests += search.tests;
     }
 
     pub(super) fn any_hit(
         &self,
-        shape: u32,
         ray: &Ray,
         max_distance: f64,
         blocks: &mut impl FnMut(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> bool {
-        let Some(local) = self.tree.enter(ray, max_distance) else {
+        let root = self.whole();
+        let Some(local) = self.tree.enter(root, ray, max_distance) else {
             return false;
         };
         let mut blocked = false;
         let mut search = FaceSearch {
             tree: self,
             sheared: ShearedRay::new(ray),
-            shape,
             tests: 0,
             limit: max_distance,
             found: |hit: Hit| {
@@ -129,7 +159,7 @@ impl MeshTree {
                 }
             },
         };
-        counters.node_visits += self.tree.search(&local, max_distance, &mut search);
+        counters.node_visits += self.tree.search(root, &local, max_distance, &mut search);
         counters.primitive_tests += search.tests;
         blocked
     }
@@ -141,13 +171,12 @@ impl MeshTree {
         &self,
         leaf: usize,
         mut candidates: u32,
-        shape: u32,
         sheared: &ShearedRay,
         mut found: impl FnMut(Hit),
     ) {
-        let first = self.leaves[leaf].first as usize;
+        let FaceLeaf { first, shape, .. } = self.leaves[leaf];
         while candidates != 0 {
-            let position = first + candidates.trailing_zeros() as usize;
+            let position = (first + candidates.trailing_zeros()) as usize;
             candidates &= candidates - 1;
             if let Some(hit) = sheared.intersect(&self.corners[position]) {
                 found(Hit {
@@ -160,18 +189,19 @@ impl MeshTree {
         }
     }
 
-    pub(super) fn any_box(&self, overlaps: &mut impl FnMut(&Bounds) -> bool) -> bool {
-        self.tree.any_box(overlaps, |position, overlaps| {
+    pub(super) fn any_box(&self, root: Root, overlaps: &mut impl FnMut(&Bounds) -> bool) -> bool {
+        self.tree.any_box(root, overlaps, |position, overlaps| {
             overlaps(&Bounds::from_points(self.corners[position]))
         })
     }
 
     pub(super) fn any_face(
         &self,
+        root: Root,
         pairs: impl Iterator<Item = PlanePair>,
         mut test: impl FnMut(u32, &[DVec3; 3]) -> bool,
     ) -> bool {
-        self.tree.any_between_planes(pairs, |position| {
+        self.tree.any_between_planes(root, pairs, |position| {
             test(self.faces[position], &self.corners[position])
         })
     }
@@ -179,9 +209,8 @@ impl MeshTree {
 
 /// An exact test of the faces of the leaves visited.
 struct FaceSearch<'a, F> {
-    tree: &'a MeshTree,
+    tree: &'a FaceTree,
     sheared: ShearedRay,
-    shape: u32,
     tests: u64,
     limit: f64,
     /// The action for a hit; returns the new limit.
@@ -205,10 +234,9 @@ impl<F: FnMut(Hit) -> f64> LeafVisitor for FaceSearch<'_, F> {
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     fn test(&mut self, leaf: usize, candidates: u32) -> f64 {
         self.tests += u64::from(candidates.count_ones());
-        self.tree
-            .test(leaf, candidates, self.shape, &self.sheared, |hit| {
-                self.limit = (self.found)(hit);
-            });
+        self.tree.test(leaf, candidates, &self.sheared, |hit| {
+            self.limit = (self.found)(hit);
+        });
         self.limit
     }
 }
@@ -291,7 +319,7 @@ mod tests {
             (1e-3, DVec3::ZERO, 1e7),
         ] {
             let mesh = sheet(24, scale, offset);
-            let tree = MeshTree::new(&mesh);
+            let tree = FaceTree::new(&[(0, &mesh)]);
             let mut sequence = Sequence(9);
             let (mut segments, mut alone) = (Vec::new(), Vec::new());
             let mut counters = TraversalCounters::default();
@@ -315,7 +343,7 @@ mod tests {
                 };
                 let ray = Ray::new(from, direction);
                 let mut nearest = Nearest::before(f64::INFINITY);
-                tree.closest_hit(0, &ray, &mut nearest, &mut counters);
+                tree.closest_hit(tree.whole(), &ray, &mut nearest, &mut counters);
                 let expected = try_every_face(&mesh, &ray);
                 hits += usize::from(expected.is_some());
                 assert_eq!(nearest.clone().hit(), expected, "scale {scale:e}, {ray:?}");
@@ -326,7 +354,7 @@ mod tests {
                     nearest.limit()
                 };
                 let mut before = Nearest::before(length);
-                tree.closest_hit(0, &ray, &mut before, &mut one_by_one);
+                tree.closest_hit(tree.whole(), &ray, &mut before, &mut one_by_one);
                 alone.push(expected.filter(|hit| hit.distance < length));
                 segments.push(Segment { ray, length });
             }
@@ -335,7 +363,7 @@ mod tests {
                 .map(|segment| Nearest::before(segment.length))
                 .collect();
             let mut turns = TraversalCounters::default();
-            tree.closest_hits_by_turns(0, &segments, &mut by_turns, &mut turns);
+            tree.closest_hits_by_turns(&segments, &mut by_turns, &mut turns);
             let by_turns: Vec<_> = by_turns.into_iter().map(Nearest::hit).collect();
             assert_eq!(by_turns, alone, "scale {scale:e}");
             assert_eq!(turns, one_by_one);
