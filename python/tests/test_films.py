@@ -18,8 +18,8 @@ METHODS = [
     ("glass-ball.xml", "closed-form", {}),
     ("glass-ball.xml", "caustic-map", {"map": 64}),
     ("cornell-glass.xml", None, {"photons": 16384}),
-    ("cornell-glass.xml", "path", {"spp": 32}),
-    ("cornell-glass.xml", "full", {"spp": 32, "photons": 65536}),
+    ("cornell-glass.xml", "path", {"spp": 4}),
+    ("cornell-glass.xml", "full", {"spp": 4, "photons": 65536}),
     ("cornell-glass.xml", "photon-map", {"photons": 65536}),
 ]
 
