@@ -379,6 +379,43 @@ fn threads_do_not_change_a_bit() {
 type Change = fn(&mut PhotonMapSettings);
 
 #[test]
+fn a_run_that_is_stopped_in_its_first_round_is_one_of_the_replicates_that_are_done() {
+    let scene = behind_pane();
+    let of = |replicates: u32| {
+        let mut settings = settings(Seen::BySpecular);
+        settings.photons.replicates = replicates;
+        settings
+    };
+    let progress = Progress::default();
+    // More replicates than anybody waits for, of which the watcher waits for three.
+    let (stopped, report) = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while progress.done() < 3 * (1 << 15) {
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+            progress.stop();
+        });
+        let budget = Budget::time(std::time::Duration::from_secs(3600));
+        let camera = sensor(scene, "camera");
+        photon_map::run(scene, camera, of(255), &budget, &progress).unwrap()
+    });
+    let done = stopped.paths >> 15;
+    assert!((3..255).contains(&done), "{done} replicates");
+    assert!(stopped.incomplete && report.passes == 1);
+    let (alone, _) = mapped(scene, of(done as u32), 1);
+    let bits = |image: &Estimate| {
+        let bounds = image.total.interval.as_ref().unwrap();
+        let all = [&image.total.values, &bounds.low, &bounds.high];
+        all.map(|it| {
+            it.iter()
+                .map(|it| it.0.map(f64::to_bits))
+                .collect::<Vec<_>>()
+        })
+    };
+    assert!(bits(&stopped) == bits(&alone));
+}
+
+#[test]
 fn meters_and_settings_out_of_range_are_refused() {
     let scene = in_the_open();
     let refused = |sensor_id: &str, change: Change| {

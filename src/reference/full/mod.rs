@@ -32,6 +32,7 @@
 pub mod plan;
 pub mod run;
 pub mod settings;
+mod shares;
 
 pub use super::photon_map::finish::CONFIDENCE;
 pub use plan::{Finder, Plan};

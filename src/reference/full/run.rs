@@ -4,11 +4,12 @@ use std::time::{Duration, Instant};
 
 use super::plan::{Finder, Plan};
 use super::settings::FullSettings;
+use super::shares::Shares;
 use crate::radiometry::Rgb;
 use crate::reference::beams::{self, BeamReport};
 use crate::reference::path::{self, PathReport, PathSettings};
 use crate::reference::photon_map::finish::CONFIDENCE;
-use crate::reference::photon_map::{self, PhotonMapReport, PhotonMapSettings};
+use crate::reference::photon_map::{self, PhotonMapReport};
 use crate::reference::photons;
 use crate::run::{Budget, Error, Estimate, Layer, LayerName, Progress};
 use crate::scene::{Emitter, Scene, Sensor};
@@ -59,17 +60,9 @@ pub enum PartDetail {
 /// A part measured: its light with bounds, a layer a class.
 type Part = (Estimate, PartDetail);
 
-/// The share of a part's time after which its second way begins, if the first knows nothing by then. A first
-/// way that does know something keeps what it has, and the rest of its time is the next parts'.
-const FIRST_WAY: f64 = 0.6;
-
-/// The part of the whole time that paths have at least, even if those before them took longer than their
-/// shares: without any replicate of paths nothing is known of the image.
-const LEAST_OF_PATHS: f64 = 0.1;
-
-/// Photons of a map in the second way. It takes the fewest replicates that have a scatter worth its name.
-const SMALL_MAP: u64 = 1 << 10;
-const FEW_REPLICATES: u32 = 4;
+/// The part of the share of beams after which photons take their place, if beams know nothing by then. Beams
+/// that do know something keep what they have, and the rest of their time is the next parts'.
+const OF_BEAMS: f64 = 0.6;
 
 /// A run of all methods.
 struct Run<'a> {
@@ -98,6 +91,16 @@ pub fn run(
     let start = Instant::now();
     let settings = settings.agreeing();
     let plan = Plan::new(scene, sensor, &settings.path)?;
+    let mut classes = plan.classes(Finder::Path);
+    let of_paths = PathSettings {
+        classes,
+        ..settings.path
+    };
+    let paths = path::run::Setup::new(scene, sensor, of_paths, progress)?;
+    let (replicates, _) = paths.division(budget.work.unwrap_or(u64::MAX));
+    let shares = Shares::new(start, budget.time, replicates, |most| {
+        paths.time_of_replicate(most)
+    });
     let run = Run {
         scene,
         sensor,
@@ -114,44 +117,38 @@ pub fn run(
         parts: Vec::new(),
         notices: plan.notices.clone(),
     };
-    // The time left, divided by the number of methods that wait for it.
-    let share = |waiting: usize| {
-        let time = budget.time?;
-        Some(time.saturating_sub(start.elapsed()) / waiting as u32)
-    };
-    let (mut followed, mut classes) = (Vec::new(), plan.classes(Finder::Path));
-    for (number, (finder, class)) in light.iter().copied().enumerate() {
+    let mut followed = Vec::new();
+    for (number, (mut finder, class)) in light.iter().copied().enumerate() {
         progress.begin_part();
-        let time = share(light.len() + 1 - number);
-        let first = time.map(|time| time.mul_f64(FIRST_WAY));
+        let time = shares.of_light((light.len() - number) as u32);
         let part = match finder {
-            Finder::Beams => run.by_beams(class, first)?,
-            Finder::Photons => run.by_photons(class, time)?,
-            Finder::PhotonMap => run.by_photon_maps(run.settings.map_of(class), class, first)?,
-            Finder::Path => continue,
-        };
-        let (finder, part) = match time {
-            Some(time) if run.gives_way(finder, &part) => {
-                let (notice, second, part) =
-                    run.second_way(finder, class, time.mul_f64(1.0 - FIRST_WAY))?;
-                if !part.0.total.is_unknown() {
-                    report.notices.push(notice);
+            Finder::Beams => {
+                let part = run.by_beams(class, time.map(|time| time.mul_f64(OF_BEAMS)))?;
+                match time.filter(|_| part.0.total.is_unknown() && !progress.is_stopped()) {
+                    Some(time) => {
+                        finder = Finder::Photons;
+                        run.by_photons(class, Some(time.mul_f64(1.0 - OF_BEAMS)))?
+                    }
+                    None => part,
                 }
-                (second, part)
             }
-            _ => (finder, part),
+            Finder::Photons => run.by_photons(class, time)?,
+            Finder::PhotonMap => run.by_photon_maps(class, time)?,
+            Finder::Path => continue,
         };
         if time.is_some() && part.0.total.is_unknown() && !progress.is_stopped() {
             report.notices.push(run.left_to_paths(class));
             classes = classes.with(class);
             continue;
         }
+        if finder != plan.finder(class) {
+            report.notices.push(beams_gave_way(class));
+        }
         let of_part = PathClasses::NONE.with(class);
         followed.push(report.take(finder, of_part, part));
     }
     progress.begin_part();
-    let least = budget.time.map(|time| time.mul_f64(LEAST_OF_PATHS));
-    let part = run.by_paths(classes, share(1).max(least))?;
+    let part = run.by_paths(&paths.for_classes(classes), shares.of_paths())?;
     let mut estimate = report.take(Finder::Path, classes, part);
     for part in followed {
         estimate = estimate.and(part)?;
@@ -185,15 +182,10 @@ impl FullReport {
 }
 
 impl Run<'_> {
-    fn by_paths(&self, classes: PathClasses, time: Option<Duration>) -> Result<Part, Error> {
-        let settings = PathSettings {
-            classes,
-            ..self.settings.path
-        };
+    fn by_paths(&self, paths: &path::run::Setup, time: Option<Duration>) -> Result<Part, Error> {
         let budget = FullSettings::budget_of_paths(self.budget, time);
-        let (estimate, report) =
-            path::run(self.scene, self.sensor, settings, &budget, self.progress)?;
-        let replicates = u64::from(settings.replicates).min(report.samples) as u32;
+        let (estimate, report) = paths.run(&budget)?;
+        let replicates = u64::from(self.settings.path.replicates).min(report.samples) as u32;
         let estimate = estimate.with_bounds(CONFIDENCE, replicates, self.least());
         Ok((estimate, PartDetail::Path(report)))
     }
@@ -201,39 +193,6 @@ impl Run<'_> {
     /// The least light that a pixel can have.
     fn least(&self) -> f64 {
         self.sensor.film.filter.least_light()
-    }
-
-    /// True if a part knows nothing, and there is another way. Photons are the last.
-    fn gives_way(&self, finder: Finder, (estimate, _): &Part) -> bool {
-        finder != Finder::Photons && estimate.total.is_unknown() && !self.progress.is_stopped()
-    }
-
-    /// The way that ends sooner, and knows less, with a notice.
-    fn second_way(
-        &self,
-        first: Finder,
-        class: PathClass,
-        time: Duration,
-    ) -> Result<(String, Finder, Part), Error> {
-        let (second, part, how) = if first == Finder::PhotonMap {
-            let mut settings = self.settings.map_of(class);
-            settings.map_photons = settings.map_photons.min(SMALL_MAP);
-            settings.photons.replicates = settings.photons.replicates.min(FEW_REPLICATES);
-            let part = self.by_photon_maps(settings, class, Some(time))?;
-            (
-                first,
-                part,
-                format!("by maps of {} photons", settings.map_photons),
-            )
-        } else {
-            let part = self.by_photons(class, Some(time))?;
-            (Finder::Photons, part, "by photons".to_owned())
-        };
-        let notice = format!(
-            "{class}: {} ended nothing in its share of the time: it is measured {how}, with a larger error",
-            first.name()
-        );
-        Ok((notice, second, part))
     }
 
     /// True if there are lights that are a point or a direction, whose caustics paths never find.
@@ -270,17 +229,21 @@ impl Run<'_> {
         Ok((estimate, PartDetail::Photons {}))
     }
 
-    fn by_photon_maps(
-        &self,
-        settings: PhotonMapSettings,
-        class: PathClass,
-        time: Option<Duration>,
-    ) -> Result<Part, Error> {
+    fn by_photon_maps(&self, class: PathClass, time: Option<Duration>) -> Result<Part, Error> {
         let budget = self.settings.budget_of_photons(self.budget, time);
+        let settings = self.settings.map_of(class);
         let (estimate, report) =
             photon_map::run(self.scene, self.sensor, settings, &budget, self.progress)?;
         Ok((as_class(estimate, class), PartDetail::PhotonMap(report)))
     }
+}
+
+/// The notice of a class that photons measure in the place of beams.
+fn beams_gave_way(class: PathClass) -> String {
+    format!(
+        "{class}: {} ended nothing in its share of the time: it is measured by photons, with a larger error",
+        Finder::Beams.name()
+    )
 }
 
 /// All light of an estimate as one layer: a method that follows light measures one class.

@@ -15,6 +15,7 @@ use crate::transport::bsdf::check_colors;
 use crate::transport::camera::Camera;
 use crate::transport::ledger::Ledger;
 use crate::transport::lights::Lights;
+use crate::transport::path_class::PathClasses;
 
 /// A run, set up: everything its paths need.
 pub struct Setup<'a> {
@@ -38,6 +39,9 @@ pub struct PathReport {
 
 /// Time between two computations of the error so far, which is shown and takes a while.
 const SHOW_EVERY: Duration = Duration::from_millis(500);
+
+/// The stream of paths that are timed: a round that no run comes to.
+const TIMED: u64 = u64::MAX;
 
 /// The largest number of replicates, as for photons.
 const MAX_REPLICATES: u32 = 255;
@@ -71,6 +75,42 @@ impl<'a> Setup<'a> {
             shines: shining_shapes(scene),
             progress,
         })
+    }
+
+    /// The same for other classes.
+    #[must_use]
+    pub fn for_classes(mut self, classes: PathClasses) -> Self {
+        self.settings.classes = classes;
+        self
+    }
+
+    /// The time that a replicate of a sample a pixel takes, by a small part of it; `None` if it is more than
+    /// `most`.
+    pub fn time_of_replicate(&self, most: Duration) -> Option<Duration> {
+        let stop = || self.progress.is_stopped();
+        let stream = Stream::new(self.settings.stream, self.settings.seed).split(TIMED);
+        self.job(stream, 1, &stop, &|_| ()).time(most)
+    }
+
+    /// One randomisation.
+    fn job<'b>(
+        &'b self,
+        stream: Stream,
+        samples: u64,
+        stop: &'b (dyn Fn() -> bool + Sync),
+        finished: &'b (dyn Fn(u64) + Sync),
+    ) -> Job<'b> {
+        Job {
+            scene: self.scene,
+            lights: &self.lights,
+            shines: &self.shines,
+            camera: &self.camera,
+            settings: &self.settings,
+            stream,
+            samples,
+            stop,
+            finished,
+        }
     }
 
     /// Spends the budget and delivers the estimate.
@@ -131,17 +171,8 @@ impl<'a> Setup<'a> {
         let mut sums = RoundSums::new(self.camera.width() * self.camera.height());
         let mut shown = Instant::now();
         for replicate in 0..replicates {
-            let job = Job {
-                scene: self.scene,
-                lights: &self.lights,
-                shines: &self.shines,
-                camera: &self.camera,
-                settings: &self.settings,
-                stream: root.split(u64::from(replicate)),
-                samples,
-                stop: &stop,
-                finished: &finished,
-            };
+            let stream = root.split(u64::from(replicate));
+            let job = self.job(stream, samples, &stop, &finished);
             if replicate == 0 {
                 let started = self.progress.done();
                 self.progress
@@ -213,7 +244,7 @@ impl rounds::Rounds for Run<'_, '_> {
     }
 
     fn is_dark(&self) -> bool {
-        false
+        self.setup.lights.is_empty()
     }
 }
 

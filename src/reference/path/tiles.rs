@@ -4,6 +4,8 @@
 //! in the border that the filter reaches into. Tiles are added to the film in their order. So the order of
 //! all additions is fixed, and with it every bit, on any number of threads.
 
+use std::time::{Duration, Instant};
+
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -137,6 +139,32 @@ impl Job<'_> {
             }
         }
         Some(film)
+    }
+
+    /// The time that all tiles take, by a few from all over the film; `None` if it is more than `most`, or if
+    /// `stop` asked for an end before.
+    pub fn time(&self, most: Duration) -> Option<Duration> {
+        /// One tile in so many, and at least one.
+        const ONE_IN: usize = 64;
+        let tiles = self.tiles();
+        let count = (tiles.len() / ONE_IN).max(1);
+        // As few tiles as this leave threads without work that all tiles have some for.
+        let threads = rayon::current_num_threads();
+        let share = (count.max(threads) as f64 / tiles.len() as f64).min(1.0);
+        let start = Instant::now();
+        let stop = || (self.stop)() || start.elapsed() > most.mul_f64(share);
+        let job = Job {
+            stop: &stop,
+            ..*self
+        };
+        // By the golden ratio, so that rows and columns have their part of them.
+        let golden = |number: usize| (number as f64 * 0.618_033_988_749_894_9).fract();
+        let traced = (0..count).into_par_iter().map(|number| {
+            let tile = (golden(number) * tiles.len() as f64) as usize;
+            job.trace_tile(&tiles[tile]).map(drop)
+        });
+        traced.collect::<Option<Vec<()>>>()?;
+        Some(start.elapsed().div_f64(share)).filter(|time| *time <= most)
     }
 
     /// Number of paths that [`trace`](Self::trace) starts.

@@ -59,6 +59,10 @@ pub struct Rounds<'a> {
     total: Pair,
     counters: TraversalCounters,
     passes: u64,
+    /// Photons started.
+    paths: u64,
+    /// The fewest of a round; all before any.
+    replicates: u32,
 }
 
 impl<'a> Rounds<'a> {
@@ -74,18 +78,14 @@ impl<'a> Rounds<'a> {
             total: pair(),
             counters: TraversalCounters::default(),
             passes: 0,
+            paths: 0,
+            replicates: setup.settings.photons.replicates,
         }
     }
 
     /// Passes of each replicate so far.
     pub fn passes(&self) -> u64 {
         self.passes
-    }
-
-    /// Photons started so far.
-    pub fn paths(&self) -> u64 {
-        let settings = &self.setup.settings;
-        self.passes * settings.map_photons * u64::from(settings.photons.replicates)
     }
 
     /// Adds a round.
@@ -100,6 +100,9 @@ impl<'a> Rounds<'a> {
         self.total.difference.add(&sums.total_difference, weight);
         self.counters += sums.counters;
         self.passes += sums.passes;
+        let photons = sums.passes * self.setup.settings.map_photons;
+        self.paths += photons * u64::from(sums.replicates());
+        self.replicates = self.replicates.min(sums.replicates());
     }
 
     /// Relative standard error over lit pixels, without the bias.
@@ -111,8 +114,7 @@ impl<'a> Rounds<'a> {
     pub fn estimate(self, incomplete: bool) -> (Estimate, PhotonMapReport) {
         let setup = self.setup;
         let weight = (self.passes as f64).max(1.0);
-        let replicates = setup.settings.photons.replicates;
-        let widths = critical_value(CONFIDENCE, f64::from(replicates) - 1.0);
+        let widths = critical_value(CONFIDENCE, f64::from(self.replicates) - 1.0);
         let camera = setup.camera();
         let least = camera.map_or(0.0, |camera| camera.filter().least_light());
         let layer = |name, pair: &Pair| {
@@ -148,7 +150,7 @@ impl<'a> Rounds<'a> {
             layers,
             counts: vec![0; width * height],
             ledger: Ledger::default(),
-            paths: self.paths(),
+            paths: self.paths,
             counters: self.counters,
             relative_error: self.relative_error(),
             incomplete,

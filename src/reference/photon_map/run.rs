@@ -18,7 +18,8 @@ impl Setup<'_> {
     /// Spends the budget and delivers the estimate, and the report on its bias.
     ///
     /// The unit of a round is a pass: one map for each replicate. Radii go on shrinking from round to round.
-    /// A run that is stopped has the rounds before, at least half of what was gathered.
+    /// A run that is stopped, or out of time, has the rounds before, at least half of what was gathered; of
+    /// the first round it has the replicates that are done.
     ///
     /// # Errors
     ///
@@ -42,7 +43,7 @@ impl Setup<'_> {
             first: 1,
             most: (photons / each_pass).max(1),
             hopeless: DEFAULT_PHOTONS.div_ceil(each_pass),
-            // A round that is stopped is lost, and the first replicate of one round would be most of the run.
+            // The first replicate of one round would be most of the run.
             is_in_one: false,
         };
         schedule.spend(&mut run)?;
@@ -50,20 +51,20 @@ impl Setup<'_> {
         Ok(run.rounds.estimate(self.progress.is_stopped() || is_empty))
     }
 
-    /// All replicates of `passes` passes after the first `before`; `None` if it was stopped.
+    /// All replicates of `passes` passes after the first `before`; fewer replicates if it is stopped.
     fn round(
         &self,
         before: u64,
         passes: u64,
         deadline: Option<Instant>,
-    ) -> Result<Option<RoundSums>, Error> {
+    ) -> Result<RoundSums, Error> {
         let stop = || {
             self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
         };
-        let (Some(camera), Target::Camera { etendue, .. }) = (self.camera(), &self.target) else {
-            return Ok(None);
-        };
         let mut sums = RoundSums::new(self, passes);
+        let (Some(camera), Target::Camera { etendue, .. }) = (self.camera(), &self.target) else {
+            return Ok(sums);
+        };
         for replicate in 0..u64::from(self.settings.photons.replicates) {
             for pass in before..before + passes {
                 let photons = self.stream(PHOTONS).split(replicate).split(pass);
@@ -76,7 +77,7 @@ impl Setup<'_> {
                     photons: Vec::new(),
                 });
                 if stop() {
-                    return Ok(None);
+                    return Ok(sums.without_unended());
                 }
                 for task in &caught {
                     sums.counters += task.counters;
@@ -94,13 +95,13 @@ impl Setup<'_> {
                 };
                 sums.gather(&pass, &stop)?;
                 if stop() {
-                    return Ok(None);
+                    return Ok(sums.without_unended());
                 }
                 self.progress.add(self.settings.map_photons);
             }
             sums.end_replicate()?;
         }
-        Ok(Some(sums))
+        Ok(sums)
     }
 }
 
@@ -118,10 +119,12 @@ impl rounds::Rounds for Run<'_> {
         let expected = (before + each).saturating_mul(self.each_pass);
         self.setup.progress.expect(expected);
         let sums = self.setup.round(before, each, deadline)?;
-        if let Some(sums) = &sums {
-            self.rounds.add(sums);
+        let is_whole = sums.replicates() == self.setup.settings.photons.replicates;
+        // One replicate says nothing of its own error, and beside whole rounds a few make bars wider.
+        if is_whole || (before == 0 && sums.replicates() > 1) {
+            self.rounds.add(&sums);
         }
-        Ok(sums.is_some())
+        Ok(is_whole)
     }
 
     fn done(&self) -> u64 {

@@ -43,7 +43,12 @@ impl RoundSums {
         }
     }
 
-    /// Adds a pass of the replicate under way; after `stop` asked for an end the sums are of no use.
+    /// Number of replicates that have ended.
+    pub fn replicates(&self) -> u32 {
+        self.total.replicates()
+    }
+
+    /// Adds a pass of the replicate under way; after `stop` asked for an end that replicate is of no use.
     ///
     /// # Errors
     ///
@@ -58,6 +63,18 @@ impl RoundSums {
             )));
         }
         Ok(())
+    }
+
+    /// The sums of the replicates that have ended, without that under way.
+    #[must_use]
+    pub fn without_unended(mut self) -> Self {
+        let Films {
+            values,
+            differences,
+        } = &mut self.films;
+        let layers = values.iter_mut().chain(differences);
+        layers.for_each(Accumulator::discard);
+        self
     }
 
     /// Ends a replicate.

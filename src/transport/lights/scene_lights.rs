@@ -92,6 +92,11 @@ impl<'a> Lights<'a> {
         }
     }
 
+    /// True if nothing shines.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
     /// A direction from which light may come to `point`; `None` if the emitter chosen sends nothing there.
     ///
     /// `u` are uniform in [0, 1): the first chooses the emitter. No direction of `point`'s own surface is
