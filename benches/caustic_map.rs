@@ -17,6 +17,7 @@ use support::approximation::{
     TIMED_SPLATS, bumpy_ball_over_floor, mesh_over_floor, rendered, shared_mesh, timed_map,
 };
 use support::cpu;
+use support::measured::times;
 
 const SIDE: usize = 512;
 const FRAMES: usize = 9;
@@ -39,10 +40,11 @@ fn main() {
     for splat in TIMED_SPLATS.into_iter().filter(|splat| is_asked(splat)) {
         let map = timed_map(splat);
         let before = cpu::seconds();
-        let mut frames: Vec<_> = (0..FRAMES).map(|_| rendered(&map, &scene)).collect();
-        let cpu = (cpu::seconds() - before) / FRAMES as f64;
-        frames.sort_by_key(|frame| frame.frame_time);
-        let frame = &frames[FRAMES / 2];
+        let frames = times(FRAMES);
+        let mut made: Vec<_> = (0..frames).map(|_| rendered(&map, &scene)).collect();
+        let cpu = (cpu::seconds() - before) / frames as f64;
+        made.sort_by_key(|frame| frame.frame_time);
+        let frame = &made[frames / 2];
         let stage = |name: &str| {
             let found = frame.stages.iter().find(|stage| stage.name == name);
             1e3 * found.map_or(0.0, |stage| stage.seconds)

@@ -26,6 +26,7 @@ use nephroid::internals::run::Context;
 use nephroid::internals::scene::Scene;
 use peak_alloc::PeakAlloc;
 use support::cpu;
+use support::measured::{is_measured, long, times};
 use support::scenes::{bundled_file, meter};
 use support::technique::values;
 
@@ -95,7 +96,7 @@ fn ready(scene: &Scene, [preset, slabs, update]: [&str; 3]) -> Box<dyn Prepared>
     made.unwrap()
 }
 
-/// Says by how much the heap grows over 1000 frames, which should be nothing.
+/// Says by how much the heap grows over 1000 frames, which should be nothing; over ten if nothing is measured.
 fn growth(scene: &Scene) {
     let mut prepared = ready(scene, ["lowest", "1", "changed"]);
     let mut after = |frames: usize| {
@@ -105,13 +106,14 @@ fn growth(scene: &Scene) {
         }
         HEAP.current_usage()
     };
-    let (few, many) = (after(10), after(1000));
-    println!("heap after 10 frames: {few} bytes; 1000 frames later: {many} bytes");
+    let frames = if is_measured() { 1000 } else { 10 };
+    let (few, many) = (after(10), after(frames));
+    println!("heap after 10 frames: {few} bytes; {frames} frames later: {many} bytes");
 }
 
 /// A line of the table.
 fn row(name: &str, scenes: &[Scene; 2], given: [&str; 3], bars: [Option<f64>; 2]) {
-    const COUNTED: usize = 9;
+    let counted = times(9);
     let context = Context::default();
     let before = HEAP.current_usage();
     HEAP.reset_peak_usage();
@@ -122,10 +124,10 @@ fn row(name: &str, scenes: &[Scene; 2], given: [&str; 3], bars: [Option<f64>; 2]
         let scene = &scenes[number % 2];
         prepared.frame(scene, meter(scene), &context).unwrap()
     };
-    let cpu = cpu::milliseconds(0.5, || drop(frame()));
+    let cpu = cpu::milliseconds(long(0.5), || drop(frame()));
     // Before frames are kept to be counted.
     let heap = (HEAP.peak_usage() - before) as f64 / 1e6;
-    let mut made: Vec<_> = (0..COUNTED)
+    let mut made: Vec<_> = (0..counted)
         .map(|_| {
             let start = Instant::now();
             let frame = frame();
@@ -133,7 +135,7 @@ fn row(name: &str, scenes: &[Scene; 2], given: [&str; 3], bars: [Option<f64>; 2]
         })
         .collect();
     made.sort_by(|one, other| one.0.total_cmp(&other.0));
-    let (seconds, frame) = &made[COUNTED / 2];
+    let (seconds, frame) = &made[counted / 2];
     let stages = STAGES.map(|name| {
         let passes = frame.work.iter().filter(|stage| stage.name == name);
         let seconds: f64 = passes.map(|stage| stage.seconds).sum();

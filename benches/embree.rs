@@ -23,9 +23,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use nephroid::internals::geometry::{Mesh, Ray, Shape, World};
-use rays::{coherent, incoherent, inside, is_measured, search, search_many, seconds, segments};
+use rays::{coherent, incoherent, inside, search, search_many, seconds, segments};
 use support::child::Answering;
 use support::geometry::{bumpy_torus, mesh};
+use support::measured::{is_measured, times};
 
 fn main() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -72,7 +73,7 @@ fn main() {
 
 /// Number of runs of each, of which the median counts.
 fn turns() -> usize {
-    if is_measured() { 5 } else { 1 }
+    times(5)
 }
 
 /// The world of a mesh, which Embree has now, too; and a line of the table of builds.

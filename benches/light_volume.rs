@@ -15,6 +15,7 @@ use nephroid::internals::mitsuba;
 use nephroid::internals::scene::Scene;
 use support::cpu;
 use support::light_volume::{run_on, volume};
+use support::measured::times;
 use support::scenes::bundled_file;
 
 /// Stages whose time is shown.
@@ -48,6 +49,7 @@ fn main() {
 
 /// A line of the table.
 fn row(name: &str, scene: &Scene, sensor: &str, frames: usize) {
+    let frames = times(frames);
     let method = volume(&[]);
     let before = cpu::seconds();
     let mut made: Vec<_> = (0..frames)

@@ -19,6 +19,7 @@ use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::run::{Context, Counters};
 use nephroid::internals::scene::Scene;
 use support::cpu;
+use support::measured::long;
 use support::scenes::{bundled_file, meter};
 use support::technique::values;
 
@@ -63,7 +64,7 @@ fn turntable(object: &str) -> Scene {
 fn frames() {
     let scene = turntable("ball");
     let film = SensorFilm::new(&scene, meter(&scene)).unwrap();
-    let points = cpu::milliseconds(LONG, || {
+    let points = cpu::milliseconds(long(LONG), || {
         let black = |_: &_, _: &mut Work| Rgb::BLACK;
         std::hint::black_box(film.evaluate(&scene, 1, black));
     });
@@ -79,7 +80,7 @@ fn frames() {
             .prepare(&scene, meter(&scene), &values, &context)
             .unwrap();
         let mut counters = Counters::default();
-        let whole = cpu::milliseconds(LONG, || {
+        let whole = cpu::milliseconds(long(LONG), || {
             let frame = ready.frame(&scene, meter(&scene), &context).unwrap();
             counters = frame.counters;
         });
@@ -114,7 +115,7 @@ fn shooting() {
             let values = values(&LocalIrradiance, &[&common, given].concat());
             let context = Context::default();
             let mut counters = Counters::default();
-            let spent = cpu::milliseconds(LONG, || {
+            let spent = cpu::milliseconds(long(LONG), || {
                 let ready = LocalIrradiance.prepare(&scene, meter(&scene), &values, &context);
                 counters = Counters::default();
                 for stage in ready.unwrap().work() {

@@ -43,6 +43,12 @@ const PHOTONS: u64 = 1 << 19;
 /// Samples a pixel, depth and scenes of the comparison over many scenes. CPU time has steps of 10 ms.
 const MANY_SAMPLES: u64 = 512;
 const MANY_DEPTH: u32 = 8;
+
+/// A scene is rendered with more seeds until the standard error of the quotient of variances is below this
+/// part of it, but with at most so many. Where light comes by a narrow way, few samples have most of the
+/// variance, and some seeds may have none of them.
+const SURE: f64 = 0.1;
+const MOST_SEEDS: u64 = 32;
 const MANY: &str = include_str!("../tests/mitsuba/third_party_quick.txt");
 
 fn main() {
@@ -94,9 +100,9 @@ fn over_many_scenes() {
         return;
     };
     println!(
-        "| scene | relative error ours, theirs | CPU s ours, theirs | variance | time | advantage at equal time |"
+        "| scene | seeds | relative error ours, theirs | CPU s ours, theirs | variance | time | advantage at equal time |"
     );
-    println!("|---|--:|--:|--:|--:|--:|");
+    println!("|---|--:|--:|--:|--:|--:|--:|");
     let files = MANY.lines().filter(|line| !line.starts_with('#'));
     let files = files.filter_map(|line| line.split(" | ").next());
     let words: Vec<String> = std::env::args()
@@ -127,14 +133,16 @@ fn of_one_scene(folder: &Path, name: &str, mitsuba: &mut Mitsuba) -> Option<[f64
     let file = folder.join(name);
     let (mut ours, mut theirs) = (Renders::default(), Renders::default());
     let scene = mitsuba::load(&file, &[]).ok()?;
-    for seed in 1..=SEEDS {
+    let mut seed = 0;
+    let variances = loop {
+        seed += 1;
         let job = serde_json::json!({
             "scene": file, "integrator": "path", "max_depth": MANY_DEPTH,
             "samples": MANY_SAMPLES, "seed": 1_000_003 * seed,
         });
         let answer = mitsuba.ask(&job);
         let Some(rows) = answer["rows"].as_u64() else {
-            println!("| {name} | {} | | | | |", answer["error"]);
+            println!("| {name} | {} | | | | | |", answer["error"]);
             return None;
         };
         theirs.add(Mitsuba::image(&answer));
@@ -149,19 +157,32 @@ fn of_one_scene(folder: &Path, name: &str, mitsuba: &mut Mitsuba) -> Option<[f64
         ours.add(timed(|| {
             image_by_paths(&scene, &camera, settings, MANY_SAMPLES)
         }));
-    }
-    let all = vec![true; ours.images[0].len()];
-    let [variance, other] = [&ours, &theirs].map(|it| it.relative_variance(&all));
-    let (gain, time) = (other / variance, theirs.seconds / ours.seconds);
+        if seed < SEEDS {
+            continue;
+        }
+        let all = vec![true; ours.images[0].len()];
+        let variances = [&ours, &theirs].map(|it| it.relative_variance(&all));
+        if seed == MOST_SEEDS || uncertainty(variances) < SURE {
+            break variances;
+        }
+    };
+    let [[variance, _], [other, _]] = variances;
+    let [own, their] = [&ours, &theirs].map(Renders::seconds);
+    let (gain, time) = (other / variance, their / own);
     println!(
-        "| {name} | {:.2} %, {:.2} % | {:.2}, {:.2} | {gain:.2} | {time:.2} | {:.2} |",
+        "| {name} | {seed} | {:.2} %, {:.2} % | {own:.2}, {their:.2} | {gain:.2} ± {:.2} | {time:.2} | {:.2} |",
         100.0 * variance.sqrt(),
         100.0 * other.sqrt(),
-        ours.seconds,
-        theirs.seconds,
+        gain * uncertainty(variances),
         gain * time
     );
     Some([gain, time, gain * time])
+}
+
+/// The relative standard error of the quotient of two variances.
+fn uncertainty(variances: [[f64; 2]; 2]) -> f64 {
+    let [ours, theirs] = variances.map(|[variance, error]| error / variance);
+    ours.hypot(theirs)
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -172,7 +193,7 @@ enum Ours {
     Light,
 }
 
-/// Images of some seeds, and the mean time of a render.
+/// Images of some seeds, and the time of all renders.
 #[derive(Default)]
 struct Renders {
     images: Vec<Vec<f64>>,
@@ -182,20 +203,32 @@ struct Renders {
 impl Renders {
     fn add(&mut self, (image, seconds): (Vec<f64>, f64)) {
         self.images.push(image);
-        self.seconds += seconds / SEEDS as f64;
+        self.seconds += seconds;
     }
 
-    /// The variance of a render relative to the value: Σ variance / Σ value², over the pixels wanted.
-    fn relative_variance(&self, wanted: &[bool]) -> f64 {
+    /// The mean time of a render.
+    fn seconds(&self) -> f64 {
+        self.seconds / self.images.len() as f64
+    }
+
+    /// The variance of a render relative to the value, Σ variance / Σ value² over the pixels wanted, and its
+    /// standard error, by the scatter of what each seed adds to it.
+    fn relative_variance(&self, wanted: &[bool]) -> [f64; 2] {
         let count = self.images.len() as f64;
-        let (mut variances, mut squares) = (0.0, 0.0);
+        let mut of_seeds = vec![0.0; self.images.len()];
+        let mut squares = 0.0;
         for pixel in (0..wanted.len()).filter(|&pixel| wanted[pixel]) {
             let values = self.images.iter().map(|image| image[pixel]);
             let mean = values.clone().sum::<f64>() / count;
-            variances += values.map(|it| (it - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            for (of_seed, value) in of_seeds.iter_mut().zip(values) {
+                *of_seed += (value - mean).powi(2) * count / (count - 1.0);
+            }
             squares += mean * mean;
         }
-        variances / squares
+        let mean = of_seeds.iter().sum::<f64>() / count;
+        let scatter = of_seeds.iter().map(|it| (it - mean).powi(2)).sum::<f64>();
+        let error = (scatter / (count * (count - 1.0))).sqrt();
+        [mean / squares, error / squares]
     }
 }
 
@@ -231,12 +264,13 @@ fn compare(
                 .collect()
         }
     };
-    let variance = ours.relative_variance(&wanted);
+    let [variance, _] = ours.relative_variance(&wanted);
     for (variant, other) in ["scalar_rgb", "llvm_ad_rgb"].into_iter().zip(&others) {
         if other.images.is_empty() {
             continue;
         }
-        let theirs = other.relative_variance(&wanted);
+        let [theirs, _] = other.relative_variance(&wanted);
+        let [own, their] = [&ours, other].map(Renders::seconds);
         let [method, integrator] = match method {
             Ours::Path => ["path", "path"],
             Ours::Light => ["light", "ptracer"],
@@ -245,9 +279,9 @@ fn compare(
             "| {name} | {method} | {variant} {integrator} | {:.2} %, {:.2} % | {:.2}, {:.2} | {:.2} |",
             100.0 * variance.sqrt(),
             100.0 * theirs.sqrt(),
-            ours.seconds,
-            other.seconds,
-            theirs * other.seconds / (variance * ours.seconds)
+            own,
+            their,
+            theirs * their / (variance * own)
         );
     }
     if let Err(reason) = llvm {

@@ -8,9 +8,14 @@
     reason = "oracles and figures of a bench, no results"
 )]
 
+#[path = "../tests/support/measured.rs"]
+#[allow(dead_code, reason = "every program uses its own part of this")]
+mod measured;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use measured::is_measured;
 use nephroid::internals::generate::{GenerateOptions, generate};
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::StreamKind;
@@ -30,11 +35,6 @@ fn shipped(name: &str) -> PathBuf {
 
 fn load(path: &Path, size: u32) -> Scene {
     mitsuba::load(path, &[("size".to_owned(), size.to_string())]).expect("a shipped scene loads")
-}
-
-/// True for `cargo bench`; `cargo test --benches` only checks that benches run.
-fn is_measured() -> bool {
-    std::env::args().any(|argument| argument == "--bench")
 }
 
 fn measure(scene: &Scene, settings: PhotonSettings, budget: &Budget) -> (Estimate, f64) {

@@ -25,8 +25,9 @@ use narrow::Narrow;
 use nephroid::internals::geometry::{
     Mesh, Ray, Rectangle, Shape, Sphere, Transform, TraversalCounters, World,
 };
-use rays::{coherent, incoherent, inside, is_measured, search, search_many, seconds, segments};
+use rays::{coherent, incoherent, inside, search, search_many, seconds, segments};
 use support::geometry::{bumpy_torus, mesh};
+use support::measured::times;
 
 fn main() {
     println!(
@@ -118,8 +119,8 @@ fn contest(scene: &str, kind: &str, world: &World, narrow: &Narrow, rays: &[Ray]
 }
 
 /// Number of runs of which the fastest counts.
-fn turns() -> u32 {
-    if is_measured() { 12 } else { 1 }
+fn turns() -> usize {
+    times(12)
 }
 
 fn build(mesh: Mesh) -> (World, f64) {

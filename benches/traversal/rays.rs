@@ -78,11 +78,6 @@ pub fn search_many(world: &World, segments: &[Segment]) -> usize {
     batches.sum()
 }
 
-/// True for `cargo bench`; `cargo test --benches` only checks that benches run.
-pub fn is_measured() -> bool {
-    std::env::args().any(|argument| argument == "--bench")
-}
-
 /// The time of some work, seconds.
 pub fn seconds(work: impl FnOnce()) -> f64 {
     let start = Instant::now();

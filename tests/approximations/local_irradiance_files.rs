@@ -21,8 +21,9 @@ use crate::support::local_irradiance::{rendered, sun, tables};
 use crate::support::scenes::meter;
 
 /// Tables that take a blink: 12 light directions.
-const SMALL: [(&str, &str); 4] = [
+const SMALL: [(&str, &str); 5] = [
     ("cells", "16"),
+    ("shells", "3"),
     ("photons", "4096"),
     ("frequency", "1"),
     ("tables", "all"),

@@ -18,6 +18,7 @@ pub mod geometry;
 pub mod images;
 pub mod light_volume;
 pub mod local_irradiance;
+pub mod measured;
 pub mod mutation;
 pub mod oracles;
 pub mod parity;

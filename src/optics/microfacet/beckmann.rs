@@ -45,6 +45,8 @@ pub(super) fn slope_across(u: f64) -> f64 {
 pub(super) fn slope_along(sin: f64, cos: f64, u: f64) -> f64 {
     // Beyond this, exp(−x²) is below 1e-293: no slope out there is ever drawn.
     const STEEPEST: f64 = 26.0;
+    // ∛ε: Halley's steps triple the digits, so what a smaller one leaves is below the spacing ε of floats.
+    const SMALL: f64 = 6e-6;
     let shown = |x: f64| {
         let bell = FRAC_2_SQRT_PI * math::exp(-x * x);
         (cos * math::erfc(-x) + sin * 0.5 * bell, bell)
@@ -57,10 +59,8 @@ pub(super) fn slope_along(sin: f64, cos: f64, u: f64) -> f64 {
     };
     let target = u * shown(high).0;
     let mut x = slope_estimate(sin, u).min(high - 1e-3);
-    // Halley's steps triple the digits: what one below ∛ε leaves is below the spacing ε of floats. If one
-    // leaves the bracket, the bracket is halved instead. A bracket of 52 is down to that spacing after some 60
-    // halvings, so 100 steps are never all needed.
-    const SMALL: f64 = 6e-6;
+    // If a step leaves the bracket, the bracket is halved instead. One of 52 is down to the spacing of floats
+    // after some 60 halvings, so 100 steps are never all needed.
     for _ in 0..100 {
         let (seen, bell) = shown(x);
         let excess = seen - target;
@@ -89,8 +89,8 @@ pub(super) fn slope_along(sin: f64, cos: f64, u: f64) -> f64 {
     x
 }
 
-/// [`slope_along`] within 0.02, but for grazing views and rare slopes: the slope is a polynomial of the normal
-/// variable with the same probability (as in Cornish and Fisher's expansions), whose coefficients are
+/// [`slope_along`] within 0.1, but for grazing views and rare slopes: the slope is a polynomial of the
+/// normal variable with the same probability (as in Cornish and Fisher's expansions), whose coefficients are
 /// polynomials of sin θ. Coefficients are a least-squares fit over views.
 fn slope_estimate(sin: f64, u: f64) -> f64 {
     const FIT: [[f64; 5]; 3] = [
@@ -105,4 +105,48 @@ fn slope_estimate(sin: f64, u: f64) -> f64 {
             .fold(0.0, |sum, coefficient| sum * sin + coefficient)
     });
     mean + z * spread + (z * z - 1.0) * skew
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_along_the_view_invert_their_integral() {
+        let shown = |sin: f64, cos: f64, x: f64| {
+            cos * math::erfc(-x) + sin * 0.5 * FRAC_2_SQRT_PI * math::exp(-x * x)
+        };
+        for degrees in [0.0, 1e-6, 1.0, 20.0, 45.0, 70.0, 85.0, 89.0, 89.99, 90.0] {
+            let angle = f64::to_radians(degrees);
+            let (sin, cos) = (math::sin(angle), math::cos(angle).max(0.0));
+            let all = shown(sin, cos, (cos / sin).min(26.0));
+            let even = (1..500).map(|k| f64::from(k) / 500.0);
+            // Uniform numbers are multiples of ε/2.
+            let rare = [0.5 * f64::EPSILON, 1e-12, 1e-6, 1.0 - 1e-6, 1.0 - 1e-12];
+            assert!(slope_along(sin, cos, 0.0) < -5.0);
+            for u in even.chain(rare) {
+                let x = slope_along(sin, cos, u);
+                let found = shown(sin, cos, x);
+                // Each term is rounded, and so is x: a spacing of it moves an exponential by 2x² of them.
+                let allowed = 8.0 * f64::EPSILON * (all * u * (1.0 + 2.0 * x * x) + found);
+                assert!(
+                    (found - all * u).abs() <= allowed,
+                    "{degrees}° {u}: {x}, {found} of {}",
+                    all * u
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_estimate_of_a_slope_is_near_it() {
+        for k in 0..=80 {
+            let angle = f64::to_radians(f64::from(k));
+            let (sin, cos) = (math::sin(angle), math::cos(angle));
+            for u in (1..100).map(|k| f64::from(k) / 100.0) {
+                let error = slope_estimate(sin, u).min(cos / sin) - slope_along(sin, cos, u);
+                assert!(error.abs() < 0.1, "{k}° {u}: {error}");
+            }
+        }
+    }
 }

@@ -1,9 +1,9 @@
 //! Shares of the time.
 //!
-//! Each method has the time left, divided by the number of those that wait for it, itself included. Paths come
-//! last and matter most: without two replicates of them nothing is known of any pixel. So time is set aside
-//! for a first round of them, a sample a pixel of each replicate: for all of it, but at most half of the whole
-//! time, or for two replicates if these take more than that.
+//! Each method has the time left, divided by the number of those that wait for it, itself included. Paths
+//! come last and matter most: without two replicates of them nothing is known of any pixel. So time is set
+//! aside for a first round of them, a sample a pixel of each replicate: for all of it, but at most half of
+//! the whole time, or for two replicates if these take more than that.
 
 use std::time::{Duration, Instant};
 
@@ -23,8 +23,8 @@ pub(super) struct Shares {
 }
 
 impl Shares {
-    /// Shares of a run that began at `start`, of so many `replicates` of paths. `replicate` tells how long one
-    /// of a sample a pixel takes; `None` if that is more than the time that it is given.
+    /// Shares of a run that began at `start`, of so many `replicates` of paths. `replicate` tells how long
+    /// one of a sample a pixel takes; `None` if that is more than the time that it is given.
     pub fn new(
         start: Instant,
         time: Option<Duration>,

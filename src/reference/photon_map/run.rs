@@ -77,7 +77,7 @@ impl Setup<'_> {
                     photons: Vec::new(),
                 });
                 if stop() {
-                    return Ok(sums.without_unended());
+                    return Ok(sums);
                 }
                 for task in &caught {
                     sums.counters += task.counters;
@@ -95,7 +95,7 @@ impl Setup<'_> {
                 };
                 sums.gather(&pass, &stop)?;
                 if stop() {
-                    return Ok(sums.without_unended());
+                    return Ok(sums);
                 }
                 self.progress.add(self.settings.map_photons);
             }

@@ -48,7 +48,8 @@ impl RoundSums {
         self.total.replicates()
     }
 
-    /// Adds a pass of the replicate under way; after `stop` asked for an end that replicate is of no use.
+    /// Adds a pass of the replicate under way; after `stop` asked for an end that replicate
+    /// is of no use, and is not to be ended.
     ///
     /// # Errors
     ///
@@ -63,18 +64,6 @@ impl RoundSums {
             )));
         }
         Ok(())
-    }
-
-    /// The sums of the replicates that have ended, without that under way.
-    #[must_use]
-    pub fn without_unended(mut self) -> Self {
-        let Films {
-            values,
-            differences,
-        } = &mut self.films;
-        let layers = values.iter_mut().chain(differences);
-        layers.for_each(Accumulator::discard);
-        self
     }
 
     /// Ends a replicate.
