@@ -73,14 +73,19 @@ pub(super) fn slope_along(sin: f64, cos: f64, u: f64) -> f64 {
         let width = cos - x * sin;
         let newton = excess / (bell * width);
         let halley = x - newton / (1.0 + newton * (x + 0.5 * sin / width));
-        let is_within = halley > low && halley < high;
+        let is_within = halley >= low && halley <= high;
         let next = if is_within {
             halley
         } else {
             0.5 * (low + high)
         };
-        let step = (next - x).abs() / (1.0 + x.abs());
-        let is_found = step <= if is_within { SMALL } else { f64::EPSILON };
+        // The bell changes over a length of 1/(1 + |x|), and the width over that to its end.
+        let (step, size) = ((next - x).abs(), 1.0 + x.abs());
+        let is_found = if is_within {
+            step * (size + sin / width) <= SMALL
+        } else {
+            step <= f64::EPSILON * size
+        };
         x = next;
         if is_found {
             break;
