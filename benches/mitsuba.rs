@@ -43,13 +43,16 @@ const PHOTONS: u64 = 1 << 19;
 /// Samples a pixel, depth and scenes of the comparison over many scenes. CPU time has steps of 10 ms.
 const MANY_SAMPLES: u64 = 512;
 const MANY_DEPTH: u32 = 8;
-
-/// A scene is rendered with more seeds until the standard error of the quotient of variances is below this
-/// part of it, but with at most so many. Where light comes by a narrow way, few samples have most of the
-/// variance, and some seeds may have none of them.
-const SURE: f64 = 0.1;
-const MOST_SEEDS: u64 = 32;
 const MANY: &str = include_str!("../tests/mitsuba/third_party_quick.txt");
+
+/// The most seeds of a scene there.
+///
+/// Where light comes by a narrow way, a few samples have most of the variance, and seeds disagree about it. If
+/// none of them has met such light, they agree all the same: the ± is then too small.
+const MOST_SEEDS: u64 = 32;
+
+/// The part of the quotient of variances that its standard error is to be below.
+const SURE: f64 = 0.1;
 
 fn main() {
     let is_asked = |option: &str| std::env::args().any(|argument| argument == option);

@@ -87,6 +87,14 @@ pub(super) fn out_of_reach(scene: &Scene) -> Option<String> {
     })
 }
 
+/// The warning of a scene in which nothing shines.
+pub(super) fn no_emitter(scene: &Scene) -> Option<String> {
+    scene
+        .emitters()
+        .is_empty()
+        .then(|| "the scene has no emitter: its image is black".to_owned())
+}
+
 /// The warning of paths that did not come to their end.
 pub(super) fn cut_off(paths: u64) -> Option<String> {
     (paths > 0).then(|| {

@@ -24,7 +24,7 @@ pub trait Rounds {
     /// Relative standard error of the rounds so far; `None` while nothing is lit, or without an error bar.
     fn relative_error(&self) -> Option<f64>;
 
-    /// True if no photon or path can start: more rounds would change nothing.
+    /// True if no photon or path can find light: more rounds would change nothing.
     fn is_dark(&self) -> bool;
 }
 

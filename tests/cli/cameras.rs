@@ -66,6 +66,27 @@ fn the_first_camera_is_rendered_with_all_of_its_light() {
 }
 
 #[test]
+fn a_scene_without_emitters_is_black_at_once_and_said_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    scene(folder.path(), r#"<rfilter type="box"/>"#);
+    let file = folder.path().join("seen.xml");
+    let lit = fs::read_to_string(&file).unwrap();
+    let (before, rest) = lit.split_once("<emitter").unwrap();
+    let (_, after) = rest.split_once("</emitter>").unwrap();
+    fs::write(&file, format!("{before}{after}")).unwrap();
+    // An hour of time: nobody waits for it.
+    for method in ["full", "path"] {
+        let (_, image) = rendered(folder.path(), &["--method", method, "--time", "1h"]);
+        let said = image.metadata("warnings").unwrap();
+        assert!(
+            said.contains("the scene has no emitter: its image is black"),
+            "{said}"
+        );
+        assert_eq!(mean(&image, "L"), Some(0.0));
+    }
+}
+
+#[test]
 fn a_film_with_a_wider_filter_has_all_light_too() {
     let folder = tempfile::tempdir().unwrap();
     scene(folder.path(), "");

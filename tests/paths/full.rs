@@ -786,7 +786,7 @@ fn each_method_has_its_own_limit_and_its_part_of_the_time() {
 
 #[test]
 fn a_class_that_nothing_ends_in_time_is_left_to_paths_and_said_to_be() {
-    // Every look-up finds every photon: even the small maps take seconds, and paths a tenth of one.
+    // Every look-up finds every photon: a map takes minutes, and paths a tenth of a second.
     let scene = room(&film(512, 384, BOX), FLOOR, &[BALL, POINT]);
     let limits = Limits {
         budget: Budget::time(Duration::from_secs(3)),

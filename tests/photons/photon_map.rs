@@ -390,7 +390,11 @@ fn a_run_that_is_stopped_in_its_first_round_is_one_of_the_replicates_that_are_do
     // More replicates than anybody waits for, of which the watcher waits for three.
     let (stopped, report) = std::thread::scope(|scope| {
         scope.spawn(|| {
-            while progress.done() < 3 * (1 << 15) {
+            // Or for two minutes, if the run never gets there.
+            for _ in 0..120_000 {
+                if progress.done() >= 3 * (1 << 15) {
+                    break;
+                }
                 std::thread::sleep(std::time::Duration::from_millis(1));
             }
             progress.stop();

@@ -21,9 +21,13 @@ pub fn milliseconds(long: f64, mut run: impl FnMut()) -> f64 {
     run();
     let start = seconds();
     let mut runs = 0.0;
-    while seconds() - start < long {
+    loop {
         run();
         runs += 1.0;
+        let spent = seconds() - start;
+        // Also where nobody tells the time.
+        if spent.is_nan() || spent >= long {
+            return 1000.0 * spent / runs;
+        }
     }
-    1000.0 * (seconds() - start) / runs
 }

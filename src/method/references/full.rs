@@ -194,6 +194,7 @@ impl Reference for Full {
         let progress = &job.context.progress;
         let (estimate, report) = full::run(job.scene, job.sensor, settings, job.budget, progress)?;
         let mut warnings = report.notices.clone();
+        warnings.extend(warnings::no_emitter(job.scene));
         for part in &report.parts {
             if part.incomplete {
                 warnings.push(format!(

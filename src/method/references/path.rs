@@ -135,6 +135,7 @@ impl Reference for Path {
         let progress = &job.context.progress;
         let (estimate, report) = path::run(job.scene, job.sensor, settings, job.budget, progress)?;
         let mut warnings: Vec<String> = warnings::cut_off(report.cut_off).into_iter().collect();
+        warnings.extend(warnings::no_emitter(job.scene));
         if report.samples == 0 {
             warnings.push(warnings::ended_before("replicate", "image"));
         }

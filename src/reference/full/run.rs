@@ -97,10 +97,6 @@ pub fn run(
         ..settings.path
     };
     let paths = path::run::Setup::new(scene, sensor, of_paths, progress)?;
-    let (replicates, _) = paths.division(budget.work.unwrap_or(u64::MAX));
-    let shares = Shares::new(start, budget.time, replicates, |most| {
-        paths.time_of_replicate(most)
-    });
     let run = Run {
         scene,
         sensor,
@@ -113,6 +109,12 @@ pub fn run(
         .into_iter()
         .filter(|(finder, _)| *finder != Finder::Path)
         .collect();
+    let (replicates, _) = paths.division(budget.work.unwrap_or(u64::MAX));
+    let shares = Shares::new(start, budget.time, replicates, |most| {
+        // Nobody else waits for time: there is nothing to set aside.
+        let is_alone = light.is_empty();
+        (!is_alone).then(|| paths.time_of_replicate(most)).flatten()
+    });
     let mut report = FullReport {
         parts: Vec::new(),
         notices: plan.notices.clone(),
@@ -141,7 +143,7 @@ pub fn run(
             classes = classes.with(class);
             continue;
         }
-        if finder != plan.finder(class) {
+        if finder != plan.finder(class) && !part.0.total.is_unknown() {
             report.notices.push(beams_gave_way(class));
         }
         let of_part = PathClasses::NONE.with(class);
@@ -200,7 +202,7 @@ impl Run<'_> {
         self.scene.emitters().iter().any(Emitter::is_delta)
     }
 
-    /// The notice of a class that no other way ended anything of: an image without it has more than none.
+    /// The notice of a class that no method ended anything of: an image without it has more than none.
     fn left_to_paths(&self, class: PathClass) -> String {
         let never = if self.has_delta_lights() {
             ", and that of lights that are a point or a direction never"

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 /// The largest part of the time that is set aside for paths, if that has room for two replicates.
 const MOST_OF_PATHS: f64 = 0.5;
 
-/// Two replicates, and some more for what they vary by.
-const TWO_REPLICATES: f64 = 2.2;
+/// A replicate may take so much longer than a few of its tiles foretell.
+const MARGIN: f64 = 1.1;
 
 /// The time of a run.
 pub(super) struct Shares {
@@ -31,13 +31,16 @@ impl Shares {
         replicates: u32,
         replicate: impl FnOnce(Duration) -> Option<Duration>,
     ) -> Self {
+        // Fewest that say something of their error, if there are as many.
+        let least = f64::from(replicates.min(2));
         let of_paths = time.map(|time| {
             let most = time.mul_f64(MOST_OF_PATHS);
-            // If not even two fit, nothing is known of the image whatever is set aside.
-            let replicate = replicate(time.div_f64(TWO_REPLICATES));
+            // If not even these fit, nothing is known of the image whatever is set aside.
+            let replicate = replicate(time.div_f64(MARGIN * least));
             replicate.map_or(most, |replicate| {
+                let replicate = replicate.mul_f64(MARGIN);
                 let first_round = replicate.saturating_mul(replicates);
-                first_round.min(most.max(replicate.mul_f64(TWO_REPLICATES)))
+                first_round.min(most.max(replicate.mul_f64(least)))
             })
         });
         Self {
@@ -97,7 +100,8 @@ mod tests {
     #[test]
     fn half_the_time_at_most_is_set_aside_for_a_first_round_of_paths() {
         let now = Instant::now();
-        assert_share(shares(now, 2.4).of_light(2), 18.0);
+        // 24 s and a tenth.
+        assert_share(shares(now, 2.4).of_light(2), 16.8);
         // Of the last not even two replicates fit.
         for endless in [3.0, 13.0, 100.0] {
             assert_share(shares(now, endless).of_light(2), 15.0);
@@ -116,7 +120,7 @@ mod tests {
         };
         let shares = shares(long_ago, 0.7);
         assert_share(shares.of_light(1), 0.0);
-        assert_eq!(shares.of_paths(), Some(Duration::from_secs(7)));
+        assert_share(shares.of_paths(), 7.7);
     }
 
     #[test]

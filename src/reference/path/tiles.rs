@@ -142,29 +142,29 @@ impl Job<'_> {
     }
 
     /// The time that all tiles take, by a few from all over the film; `None` if it is more than `most`, or if
-    /// `stop` asked for an end before.
+    /// `stop` asked for an end before. It gives up after twice as long as these few may take.
     pub fn time(&self, most: Duration) -> Option<Duration> {
-        /// One tile in so many, and at least one.
+        /// One tile in so many, but at least one for each thread.
         const ONE_IN: usize = 64;
         let tiles = self.tiles();
-        let count = (tiles.len() / ONE_IN).max(1);
-        // As few tiles as this leave threads without work that all tiles have some for.
         let threads = rayon::current_num_threads();
-        let share = (count.max(threads) as f64 / tiles.len() as f64).min(1.0);
+        let count = (tiles.len() / ONE_IN).max(threads).min(tiles.len());
+        let share = count as f64 / tiles.len() as f64;
         let start = Instant::now();
-        let stop = || (self.stop)() || start.elapsed() > most.mul_f64(share);
+        let stop = || (self.stop)() || start.elapsed() > most.mul_f64(2.0 * share);
         let job = Job {
             stop: &stop,
             ..*self
         };
         // By the golden ratio, so that rows and columns have their part of them.
-        let golden = |number: usize| (number as f64 * 0.618_033_988_749_894_9).fract();
+        let golden = |number: usize| ((number as f64 + 0.5) * 0.618_033_988_749_894_9).fract();
         let traced = (0..count).into_par_iter().map(|number| {
             let tile = (golden(number) * tiles.len() as f64) as usize;
-            job.trace_tile(&tiles[tile]).map(drop)
+            let start = Instant::now();
+            job.trace_tile(&tiles[tile]).map(|_| start.elapsed())
         });
-        traced.collect::<Option<Vec<()>>>()?;
-        Some(start.elapsed().div_f64(share)).filter(|time| *time <= most)
+        let busy = traced.collect::<Option<Vec<Duration>>>()?.iter().sum();
+        Some(time_of_all(busy, count, tiles.len(), threads)).filter(|time| *time <= most)
     }
 
     /// Number of paths that [`trace`](Self::trace) starts.
@@ -303,6 +303,12 @@ fn within(pixel: usize, offset: f64) -> f64 {
     (pixel as f64 + offset).min(((pixel + 1) as f64).next_down())
 }
 
+/// The time of so many tiles on so many threads, given the threads' time for some of them.
+fn time_of_all(busy: Duration, some: usize, all: usize, threads: usize) -> Duration {
+    let at_once = threads.min(all) as f64;
+    busy.mul_f64(all as f64 / (some as f64 * at_once))
+}
+
 /// Adds a block to a film of `width` pixels a row.
 fn add_block(film: &mut ImageSums, width: usize, block: &Block) {
     for row in 0..block.height {
@@ -335,5 +341,19 @@ fn add_block(film: &mut ImageSums, width: usize, block: &Block) {
     film.cut_off += block.sums.cut_off;
     if let Some((count, first)) = block.sums.not_finite {
         film.note_not_finite(count, first);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_of_all_tiles_is_that_of_some_by_their_number_and_threads() {
+        let second = Duration::from_secs(1);
+        assert_eq!(time_of_all(second, 1, 10, 1), 10 * second);
+        assert_eq!(time_of_all(8 * second, 64, 4096, 2), 256 * second);
+        // More threads than tiles: the others have nothing to do.
+        assert_eq!(time_of_all(3 * second, 3, 3, 64), second);
     }
 }

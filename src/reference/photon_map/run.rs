@@ -80,7 +80,7 @@ impl Setup<'_> {
                     return Ok(sums);
                 }
                 for task in &caught {
-                    sums.counters += task.counters;
+                    sums.count(task.counters);
                 }
                 let factor = radius_squared_factor(pass, self.settings.alpha);
                 let map = PhotonMap::new(caught)?;

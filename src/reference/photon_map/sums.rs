@@ -15,8 +15,10 @@ pub struct RoundSums {
     pub total: Accumulator,
     /// The same sum of the differences.
     pub total_difference: Accumulator,
-    /// Work done.
+    /// Work done for the replicates that have ended.
     pub counters: TraversalCounters,
+    /// Work done for the replicate under way.
+    under_way: TraversalCounters,
     /// Passes of each replicate.
     pub passes: u64,
     scale: FixedPoint,
@@ -38,6 +40,7 @@ impl RoundSums {
             total: accumulator(),
             total_difference: accumulator(),
             counters: TraversalCounters::default(),
+            under_way: TraversalCounters::default(),
             passes,
             scale,
         }
@@ -56,7 +59,7 @@ impl RoundSums {
     /// If a contribution is not representable.
     pub fn gather(&mut self, pass: &Pass, stop: &(dyn Fn() -> bool + Sync)) -> Result<(), Error> {
         let done = pass.gather(&self.films, self.scale, stop);
-        self.counters += done.counters;
+        self.under_way += done.counters;
         if done.refused > 0 {
             return Err(Error::NotRepresentable(format!(
                 "{} contributions to pixels are NaN, infinite or out of range",
@@ -64,6 +67,11 @@ impl RoundSums {
             )));
         }
         Ok(())
+    }
+
+    /// Counts work for the replicate under way.
+    pub fn count(&mut self, counters: TraversalCounters) {
+        self.under_way += counters;
     }
 
     /// Ends a replicate.
@@ -86,6 +94,7 @@ impl RoundSums {
             }
             total.flush()?;
         }
+        self.counters += std::mem::take(&mut self.under_way);
         Ok(())
     }
 }

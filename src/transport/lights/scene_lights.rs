@@ -92,7 +92,7 @@ impl<'a> Lights<'a> {
         }
     }
 
-    /// True if nothing shines.
+    /// True if there are no emitters.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
