@@ -375,9 +375,6 @@ fn threads_do_not_change_a_bit() {
     assert!([2, 3].iter().all(|&threads| on(threads) == alone));
 }
 
-/// Settings that a case changes.
-type Change = fn(&mut PhotonMapSettings);
-
 #[test]
 fn a_run_that_is_stopped_in_its_first_round_is_one_of_the_replicates_that_are_done() {
     let scene = behind_pane();
@@ -418,6 +415,9 @@ fn a_run_that_is_stopped_in_its_first_round_is_one_of_the_replicates_that_are_do
     };
     assert!(bits(&stopped) == bits(&alone));
 }
+
+/// Settings that a case changes.
+type Change = fn(&mut PhotonMapSettings);
 
 #[test]
 fn meters_and_settings_out_of_range_are_refused() {
