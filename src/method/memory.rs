@@ -16,6 +16,9 @@ const PAIR: u64 = 2 * TRIPLE;
 /// new.
 const BOUNDED: u64 = 3 * TRIPLE;
 
+/// Flux and bar of beams; a variance (see `Sums`).
+const SUMS: u64 = 2 * TRIPLE + 8;
+
 /// Bytes of a sensor's film, from those of a texel.
 pub(super) fn film(sensor: &Sensor, bytes_a_texel: u64) -> u64 {
     texels(sensor).saturating_mul(bytes_a_texel)
@@ -96,8 +99,6 @@ const RECYCLED: u64 = 32 << 20;
 
 /// Beams on a film of so many texels. So many films of signatures are filled together.
 pub(super) fn beams(channels: u64, layers: Layers, texels: u64, together: u64) -> u64 {
-    /// Flux and bar; a variance (see `Sums`).
-    const SUMS: u64 = 2 * TRIPLE + 8;
     // One signature's exact sums (three kinds by channel, and on coarser levels a third as many) and
     // uncertain flux (channels and spread), see `BeamFilm`; read as `Texel`s, from which `BoundedFlux` comes
     // and then its `Sums`.
@@ -114,6 +115,18 @@ pub(super) fn beams(channels: u64, layers: Layers, texels: u64, together: u64) -
     let last = SUMS + (layers.count() + 2) * BOUNDED;
     let last = last + cleared(layers.count() + 2, texels).min(film + reading);
     tracing.max(first.max(last) + PAIR + 8)
+}
+
+/// Beams of so many layers, which take so many bytes, and photons for some of the light, with at most so many
+/// named layers.
+pub(super) fn beams_and_photons(channels: u64, layers: u64, beams: u64, named: u64) -> u64 {
+    // It may be all of the light that photons measure, if time or a guard ends beams.
+    let rest = Layers::most(named);
+    // Photons come after beams. What is left of them, value, standard error and bounds of their layers and total,
+    // and counts, is beside the end of beams; and a total with standard errors.
+    let tracing = layers * SUMS + PAIR + photons(channels, rest);
+    let finishing = beams + (rest.count() + 1) * 2 * PAIR + TRIPLE + 8;
+    tracing.max(finishing)
 }
 
 /// Memory a texel of the standard errors of so many layers by beams, which are zero: new memory is zero

@@ -32,6 +32,31 @@ pub enum Target {
     },
 }
 
+/// The texels that light reaches, to whose mean errors are relative.
+#[derive(Clone, Copy, Debug)]
+pub struct LitTexels {
+    /// Their number.
+    pub texels: f64,
+    /// Their mean, in the target's quantity.
+    pub mean: f64,
+}
+
+impl LitTexels {
+    /// The same with more light on them, all texels together.
+    #[must_use]
+    pub fn and(self, light: f64) -> Self {
+        Self {
+            mean: self.mean + light / self.texels,
+            ..self
+        }
+    }
+
+    /// The relative error, given the sum over texels of squared errors.
+    pub fn relative_error(&self, squares: f64) -> f64 {
+        (squares / self.texels).sqrt() / self.mean
+    }
+}
+
 impl Target {
     /// The sensor of a scene. What a camera may be is the method's to say: `camera_of` is
     /// [`Camera::new`], or a constructor that allows more.

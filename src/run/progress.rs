@@ -1,7 +1,7 @@
 //! How far a run is.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The units of work of methods without passes.
 const UNITS: [&str; 3] = ["photons", "paths", "texels"];
@@ -41,6 +41,11 @@ impl Progress {
     /// True if the run is to end.
     pub fn is_stopped(&self) -> bool {
         self.stopped.load(Ordering::Relaxed)
+    }
+
+    /// True if the run is to end, or beyond its deadline.
+    pub(crate) fn is_over(&self, deadline: Option<Instant>) -> bool {
+        self.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
     }
 
     /// Work done, in the [`unit`](Self::unit).

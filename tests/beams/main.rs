@@ -5,6 +5,7 @@
 )]
 
 mod bars;
+mod by_photons;
 mod camera;
 mod clearance;
 mod close_cameras;

@@ -127,3 +127,26 @@ fn scenes_without_glass_or_light_have_an_empty_light_space() {
         assert!(LightSpace::new(&scene).unwrap().is_empty(), "{emitter}");
     }
 }
+
+#[test]
+fn shares_by_importance_leave_every_cell_half_of_its_own() {
+    let mut light = LightSpace::new(&load("glass-ball.xml")).unwrap();
+    let before: Vec<f64> = (0..light.cells().len())
+        .map(|cell| light.share(cell))
+        .collect();
+    // All of importance is in one cell: half of the samples are, and its own.
+    let mut squares = vec![0.0; before.len()];
+    let bright = before.len() / 3;
+    squares[bright] = 2.0;
+    light.share_by(&squares);
+    for (cell, own) in before.iter().enumerate() {
+        let more = if cell == bright { 0.5 } else { 0.0 };
+        // Differences of cumulative sums of at most 1: each is rounded to 2^-53, of two of them and their halves.
+        let error = light.share(cell) - (0.5 * own + more);
+        assert!(error.abs() < 4.0 * f64::EPSILON, "{cell}: {error:e}");
+    }
+    // Nothing is important: nothing changes.
+    let shares: Vec<f64> = (0..before.len()).map(|cell| light.share(cell)).collect();
+    light.share_by(&vec![0.0; before.len()]);
+    assert!((0..before.len()).all(|cell| light.share(cell) == shares[cell]));
+}

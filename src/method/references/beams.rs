@@ -4,13 +4,13 @@ use crate::method::memory::{self, Layers, channels};
 use crate::method::reference::{About, Job, Reference};
 use crate::method::rows::{self, COUNT};
 use crate::method::warnings;
-use crate::reference::beams::run::Setup;
-use crate::reference::beams::{self, BeamReport, BeamSettings, SignatureReport};
+use crate::reference::beams::run::{Divided, Setup};
+use crate::reference::beams::{self, BeamReport, BeamSettings, Chaotic, SignatureReport};
 use crate::run::format::relative;
 use crate::run::{Budget, Cost, Error, Estimate, Progress, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::table::row;
-use crate::setting::{Kind, Setting, Values};
+use crate::setting::{Kind, Setting, Values, words_of};
 
 pub struct Beams;
 
@@ -24,6 +24,7 @@ pub(super) const SETTINGS: &[Setting] = &[
     rows::MAX_DEPTH,
     rows::SHADING_NORMALS,
     rows::LAYERS,
+    row!("chaotic": Kind::Choice(words_of::<Chaotic>), Value "photons", "", "Who measures light of chaotic chains, which beams would take most of their work for"),
     row!("layer-error": Kind::NamedFractions, Rule "none", "", "Errors to reach in single layers, relative to their own means"),
 ];
 
@@ -34,6 +35,8 @@ pub(super) fn settings(values: &Values) -> BeamSettings {
         max_depth: values.whole("max-depth").unwrap_or(default.max_depth),
         shading_normals: values.word("shading-normals").unwrap_or_default(),
         max_layers: values.whole("layers").unwrap_or(default.max_layers),
+        chaotic: values.word("chaotic").unwrap_or(default.chaotic),
+        ..default
     }
 }
 
@@ -46,16 +49,26 @@ const ABOUT: About = About {
     is_of_cameras: false,
 };
 
-/// Memory \[bytes\] of beams with these layers, with `LD` on a receiver, of signatures of so many events, so
-/// many of them at once.
-fn bytes(scene: &Scene, sensor: &Sensor, layers: Layers, events: u64, together: u64) -> u64 {
+/// Memory \[bytes\] of beams whose light is divided so, with `LD` on a receiver, and with at most so many
+/// `named` layers.
+fn bytes(scene: &Scene, sensor: &Sensor, named: u64, divided: &Divided) -> u64 {
     let channels = channels(scene, sensor);
-    let film = memory::film(
-        sensor,
-        memory::beams(channels, layers, memory::texels(sensor), together),
-    );
+    let layers = Layers {
+        named: divided.named as u64,
+        has_others: divided.has_others,
+    };
+    let (texels, together) = (memory::texels(sensor), divided.together as u64);
+    let (events, count) = (divided.events as u64, layers.count());
+    let beams = memory::beams(channels, layers, texels, together);
+    let (texel, count, maps) = if divided.by_photons {
+        let all = memory::beams_and_photons(channels, layers.count(), beams, named);
+        (all, count.max(named + 1), memory::BOTH)
+    } else {
+        (beams, count, memory::BOUNDS)
+    };
+    let film = memory::film(sensor, texel);
     let run = film.saturating_add(memory::beam_scratch(channels, events));
-    memory::with_files(run, sensor, layers.count() + 2, memory::BOUNDS)
+    memory::with_files(run, sensor, count + 2, maps)
 }
 
 impl Reference for Beams {
@@ -69,17 +82,24 @@ impl Reference for Beams {
 
     fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {
         let settings = settings(values);
-        let layers = Layers::most(settings.max_layers as u64);
+        // What is shared by flat facets, and by photons, is not known before a pilot.
+        let divided = Divided {
+            named: settings.max_layers,
+            has_others: true,
+            together: 1,
+            events: settings.max_depth as usize,
+            by_photons: false,
+        };
         Cost {
-            // What is shared by flat facets is not known before a pilot.
-            bytes: bytes(scene, sensor, layers, u64::from(settings.max_depth), 1),
+            bytes: bytes(scene, sensor, settings.max_layers as u64, &divided),
             work: Vec::new(),
         }
     }
 
     fn pilot(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Result<u64, Error> {
         let progress = Progress::default();
-        let mut setup = Setup::new(scene, sensor, settings(values), &progress)?;
+        let settings = settings(values);
+        let mut setup = Setup::new(scene, sensor, settings, &progress)?;
         setup.ask(&values.named_fractions("layer-error"))?;
         let budget = Budget {
             relative_error: values.fraction("error"),
@@ -87,18 +107,7 @@ impl Reference for Beams {
             work: values.whole("rays"),
         };
         let divided = setup.divided(&budget);
-        let layers = Layers {
-            named: divided.named as u64,
-            has_others: divided.has_others,
-        };
-        let together = divided.together as u64;
-        Ok(bytes(
-            scene,
-            sensor,
-            layers,
-            divided.events as u64,
-            together,
-        ))
+        Ok(bytes(scene, sensor, settings.max_layers as u64, &divided))
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {
@@ -116,9 +125,10 @@ impl Reference for Beams {
             warnings.insert(1.min(warnings.len()), missed);
         }
         let (estimate, report) = setup.run(job.budget)?;
-        if report.passes == 0 && warnings.is_empty() {
+        let is_known = report.passes > 0 || report.by_photons.is_some();
+        if !is_known && warnings.is_empty() {
             warnings.push(warnings::ended_before("pass", "caustic"));
-        } else if report.passes > 0 && estimate.incomplete {
+        } else if is_known && estimate.incomplete {
             warnings.push(warnings::NOT_REACHED.to_owned());
         }
         warnings.extend(warnings::unknown_direct(&estimate));
@@ -155,6 +165,13 @@ fn summary(estimate: &Estimate, report: &BeamReport) -> Vec<String> {
         lines.push(format!(
             "too faint to be followed: light of {:.1e} W on the film; upper bounds hold it",
             report.not_followed
+        ));
+    }
+    if let Some(rest) = &report.by_photons {
+        lines.push(format!(
+            "light that beams did not follow: by {} photons, known to {} of all light; its bounds hold with 99.9 %",
+            rest.photons,
+            relative(rest.relative_error, false),
         ));
     }
     let balance = report.signatures.iter().map(|one| one.balance_error);

@@ -27,6 +27,8 @@ pub(super) struct RunOutcome<'a> {
     pub layers: Vec<BeamLayer>,
     /// Light of signatures that were not followed.
     pub left_out: LeftOut,
+    /// All light of signatures that were not followed, as photons measured it.
+    pub rest: Option<Estimate>,
     /// Flux \[W\] that may be on any texel although no light was found; `None` if light was found.
     pub unseen: Option<Rgb>,
     /// Direct light, for a receiver.
@@ -40,11 +42,14 @@ impl RunOutcome<'_> {
     pub fn estimate(mut self) -> Estimate {
         let texels = self.target.texels();
         let [width, height] = self.target.size();
-        let unknown = self.layers.is_empty() && self.unseen.is_none();
+        let unknown = self.layers.is_empty() && self.rest.is_none() && self.unseen.is_none();
         let direct = self.direct.map(direct_layer);
         let mut total = Layer::bounded(LayerName::Total, texels);
         let mut layers = Vec::new();
         let (mut ledger, mut paths) = (Ledger::default(), 0);
+        let mut counts = vec![0; texels];
+        let is_known = !self.layers.is_empty() || self.rest.is_some();
+        let mut emitted = Rgb::BLACK;
         if !self.layers.is_empty() {
             let reports = || self.made().flat_map(|made| &made.reports);
             paths = reports().map(|one| one.cells).sum();
@@ -52,9 +57,16 @@ impl RunOutcome<'_> {
             for layer in &layers {
                 total.add(layer);
             }
-            if self.target.quantity() == Quantity::Irradiance {
-                ledger = self.ledger(&layers);
-            }
+        }
+        if let Some(rest) = self.rest.take() {
+            total.add(&rest.total);
+            self.counters += rest.counters;
+            counts = rest.counts;
+            emitted = rest.ledger.emitted;
+            add_layers(&mut layers, rest.layers);
+        }
+        if is_known && self.target.quantity() == Quantity::Irradiance {
+            ledger = self.ledger(&layers, emitted);
         }
         if let Some(interval) = &mut total.interval {
             // The bound is a mean of channels: one of them may have all of it.
@@ -82,7 +94,7 @@ impl RunOutcome<'_> {
             height,
             total,
             layers,
-            counts: vec![0; texels],
+            counts,
             ledger,
             paths,
             counters: self.counters,
@@ -141,8 +153,8 @@ impl RunOutcome<'_> {
     }
 
     /// The ledger of the flux that met a specular surface first: the layers' texels, and the rest, which is
-    /// not followed to its end.
-    fn ledger(&self, layers: &[Layer]) -> Ledger {
+    /// not followed to its end. If no beams were followed, it has the flux of photons.
+    fn ledger(&self, layers: &[Layer], by_photons: Rgb) -> Ledger {
         let mut ledger = Ledger::default();
         for layer in layers {
             let flux = |(texel, value): (usize, &Rgb)| *value * self.target.measure(texel);
@@ -156,13 +168,27 @@ impl RunOutcome<'_> {
                 _ => Some(std::mem::replace(&mut ledger.other, row)),
             };
         }
-        // Each signature's cells sum up the same light, more or less finely.
+        // Each signature's cells sum up the same light, more or less finely. Photons may start beside surfaces.
         let reports = self.made().flat_map(|made| &made.reports);
-        let emitted = reports.map(|report| report.emitted);
-        ledger.emitted = Rgb::grey(emitted.fold(0.0, f64::max));
+        let emitted = reports.map(|report| report.emitted).reduce(f64::max);
+        ledger.emitted = emitted.map_or(by_photons, Rgb::grey);
         ledger.elsewhere = Some(ledger.emitted.mean() - ledger.sum().received.mean());
         ledger
     }
+}
+
+/// Puts layers among others: those of one signature in their order, and one of all that have none.
+fn add_layers(layers: &mut Vec<Layer>, others: Vec<Layer>) {
+    for layer in others {
+        match layers.iter_mut().find(|it| it.name == layer.name) {
+            Some(same) => same.add(&layer),
+            None => layers.push(layer),
+        }
+    }
+    layers.sort_by_key(|layer| match layer.name {
+        LayerName::Path(signature) => (false, Some(signature)),
+        _ => (true, None),
+    });
 }
 
 /// The layer `LD`: its error is a bound.

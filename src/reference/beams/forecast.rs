@@ -1,6 +1,7 @@
 //! The work of a pass before it begins.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -13,6 +14,7 @@ use super::refine::{Asked, Refiner, Scratch, Sounding};
 use crate::numeric::{FixedPoint, Stream, StreamKind};
 use crate::run::Budget;
 use crate::transport::first_surface::SurfacePatch;
+use crate::transport::signature::Signature;
 
 /// Ways down that are taken for each signature and source. Their work differs by a few times their mean: so
 /// many tell the mean to some ten percent.
@@ -22,8 +24,8 @@ const WAYS: usize = 128;
 const OF_FACETS: usize = 16;
 const FACETS: std::ops::RangeInclusive<usize> = 4..=64;
 
-/// Most rays of one facet or way: a facet may have no end.
-const MOST_RAYS: u64 = 1 << 14;
+/// Most work of one facet or way \[rays\]: a facet may have no end.
+const MOST_WORK: u64 = 1 << 15;
 
 /// Key of the stream of the ways.
 const SEED: u64 = 0x464f_5245_4341;
@@ -36,6 +38,12 @@ pub struct Forecast {
     /// Time, about, of all threads of this one.
     pub time: Duration,
 }
+
+/// Work found on signatures.
+type FoundWork = Vec<(Signature, Sounding)>;
+
+/// Likely work of each signature.
+pub type WorkBySignature = BTreeMap<Signature, Sounding>;
 
 /// The patches and facets of a light that stand for all of them, each with the number of those.
 pub struct Sample {
@@ -105,7 +113,7 @@ fn emitted(passes: &Passes, light: &BeamLight, patch: &SurfacePatch) -> f64 {
 
 impl Passes<'_> {
     /// Likely work of some signatures that are followed together, from a sample of each light.
-    pub fn sound(&self, lights: &[(&BeamLight, Sample)], asked: &[Asked]) -> Sounding {
+    pub fn sound(&self, lights: &[(&BeamLight, Sample)], asked: &[Asked]) -> WorkBySignature {
         if self.target.is_achromatic(self.scene) {
             self.sound_in::<1>(lights, asked)
         } else {
@@ -117,8 +125,8 @@ impl Passes<'_> {
         &self,
         lights: &[(&BeamLight, Sample)],
         asked: &[Asked],
-    ) -> Sounding {
-        let mut all = Sounding::default();
+    ) -> WorkBySignature {
+        let mut all = WorkBySignature::new();
         // What is put on it is of no use, so that it need not be right.
         let Ok(scale) = FixedPoint::for_total(64.0 * self.flux) else {
             return all;
@@ -129,12 +137,9 @@ impl Passes<'_> {
         let screen = self.target.screen();
         for (light, sample) in lights {
             let paths = self.paths(light);
-            let sound = |asked: &[Asked], work: &dyn Fn(&mut [Refiner<'_, N>]) -> Sounding| {
-                let budget = Budget {
-                    work: Some(MOST_RAYS),
-                    ..Budget::default()
-                };
-                let limit = Limit::new(&budget, self.progress, Instant::now());
+            let sound = |asked: &[Asked], work: &dyn Fn(&mut [Refiner<'_, N>]) -> FoundWork| {
+                let limit = Limit::new(&Budget::default(), self.progress, Instant::now())
+                    .guarded(Some(MOST_WORK));
                 let events = asked.iter().map(|(signature, _)| signature.len()).max();
                 let scratch = RefCell::new(Scratch::new(events.unwrap_or(0)));
                 let mut refiners: Vec<Refiner<'_, N>> = asked
@@ -151,26 +156,37 @@ impl Passes<'_> {
             let ways = ways.map(|(one, stream, way, (patch, stands_for))| {
                 let found = sound(std::slice::from_ref(one), &|refiners| {
                     let mut level = 0;
-                    refiners[0].sound(patch, || {
+                    let work = refiners[0].sound(patch, || {
                         level += 1;
                         stream.extra(way as u64, level)
-                    })
+                    });
+                    vec![(one.0, work)]
                 });
-                found * *stands_for
+                (found, *stands_for)
             });
             let facets = sample.facets.par_iter().map(|(facet, stands_for)| {
                 let found = sound(&asked, &|refiners| {
                     let began = Instant::now();
                     FacetRefiner::new(&paths, &screen, self.clearance, refiners).refine(*facet);
-                    let rays = refiners.iter().map(|one| one.counters().rays);
-                    Sounding::new(rays.sum(), began.elapsed())
+                    let time = began.elapsed();
+                    let places: u64 = refiners.iter().map(Refiner::places).sum();
+                    // Those that share polygons share the time, by their places.
+                    let work = refiners.iter().map(|one| {
+                        let part = one.places() as f64 / places.max(1) as f64;
+                        let time = time.mul_f64(part);
+                        let rays = one.counters().rays;
+                        (one.signature(), Sounding::new(rays, one.places(), time))
+                    });
+                    work.collect()
                 });
-                found * *stands_for
+                (found, *stands_for)
             });
             // In order: the same on any threads.
-            let found: Vec<Sounding> = ways.chain(facets).collect();
-            for one in found {
-                all += one;
+            let found: Vec<(FoundWork, f64)> = ways.chain(facets).collect();
+            for (found, stands_for) in found {
+                for (signature, work) in found {
+                    *all.entry(signature).or_default() += work * stands_for;
+                }
             }
         }
         all
@@ -181,6 +197,7 @@ impl Passes<'_> {
 mod tests {
     use super::*;
     use crate::reference::beams::run::forecast;
+    use crate::run::Budget;
 
     fn of(scene: &str) -> (Forecast, u64) {
         let size = [("size".to_owned(), "64".to_owned())];

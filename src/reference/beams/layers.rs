@@ -6,7 +6,7 @@ use super::pass::{PassLayer, SignatureReport};
 use super::schedule::{self, Known};
 use super::selection::Found;
 use super::sums::Sums;
-use crate::reference::Target;
+use crate::reference::target::{LitTexels, Target};
 use crate::transport::signature::Signature;
 
 /// The ratio of a layer's error, as a finer one shows it, to its estimated error: an estimate may be too
@@ -80,13 +80,6 @@ impl Made {
             is_stuck: false,
         })
     }
-}
-
-/// The mean irradiance of lit texels, and their number.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Lit {
-    pub texels: f64,
-    pub mean: f64,
 }
 
 impl BeamLayer {
@@ -183,11 +176,11 @@ impl BeamLayer {
 
 impl MadeLayer {
     /// What the schedule asks of a layer: its error is relative to the lit texels' mean.
-    pub fn known(&self, lit: Lit, target: &Target) -> Known {
-        let squares = squares(&self.sums, target) / lit.texels;
+    pub fn known(&self, lit: LitTexels, target: &Target) -> Known {
+        let error = lit.relative_error(squares(&self.sums, target));
         Known {
             tolerance: self.tolerance,
-            error: self.calibration * squares.sqrt() / lit.mean,
+            error: self.calibration * error,
             work: self.work,
             is_stuck: self.is_stuck,
         }
@@ -196,7 +189,7 @@ impl MadeLayer {
 
 /// The texels that are lit by all layers together, or by light of no layer that reaches some of them;
 /// `None` if no layer lights any.
-pub(super) fn lit(layers: &[BeamLayer], others: &[bool], target: &Target) -> Option<Lit> {
+pub(super) fn lit(layers: &[BeamLayer], others: &[bool], target: &Target) -> Option<LitTexels> {
     let (mut texels, mut sum) = (0.0, 0.0);
     for texel in 0..target.texels() {
         let made = layers.iter().filter_map(|layer| layer.made.as_ref());
@@ -209,7 +202,7 @@ pub(super) fn lit(layers: &[BeamLayer], others: &[bool], target: &Target) -> Opt
         }
     }
     let mean = sum / texels;
-    (sum > 0.0).then_some(Lit { texels, mean })
+    (sum > 0.0).then_some(LitTexels { texels, mean })
 }
 
 /// Sum over texels of the squared likely error.

@@ -1,9 +1,13 @@
 //! Limits that end a pass before it is done.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::run::{Budget, Progress};
+
+/// Rays that take as long as a polygon of flat facets, about. A cell takes one or two, and is seldom without
+/// its own rays.
+pub const RAYS_A_PLACE: u64 = 8;
 
 /// Limits of time and rays, and a request from outside to stop. All threads ask now and then, in the middle
 /// of their work.
@@ -12,9 +16,15 @@ use crate::run::{Budget, Progress};
 /// is noticed at the latest when the pass is done.
 pub struct Limit<'a> {
     progress: &'a Progress,
+    start: Instant,
     /// The end of the time; `None` if there is none, or if it is too far away to be represented.
     deadline: Option<Instant>,
+    /// An earlier end, until the limit is extended.
+    early: Option<Instant>,
+    is_extended: AtomicBool,
     most_rays: Option<u64>,
+    /// Work after which passes end \[rays\]: a forecast was far too low.
+    most_work: Option<u64>,
     rays: AtomicU64,
 }
 
@@ -23,10 +33,49 @@ impl<'a> Limit<'a> {
     pub fn new(budget: &Budget, progress: &'a Progress, start: Instant) -> Self {
         Self {
             progress,
+            start,
             deadline: budget.deadline(start),
+            early: None,
+            is_extended: AtomicBool::new(false),
             most_rays: budget.work,
+            most_work: None,
             rays: AtomicU64::new(0),
         }
+    }
+
+    /// The same with a limit of work, if any, in rays: a cell or polygon counts for some, too. Passes do not
+    /// spare for it: it is a guard, and holds until the limit is [extended](Self::extend).
+    #[must_use]
+    pub fn guarded(mut self, most_work: Option<u64>) -> Self {
+        self.most_work = most_work;
+        self
+    }
+
+    /// Work so far, by numbers of rays and of cells and polygons.
+    pub fn work(&self, rays: u64, places: u64) -> u64 {
+        rays + self.most_work.map_or(0, |_| RAYS_A_PLACE * places)
+    }
+
+    /// The same with an earlier end, after some `time`, if any: it holds until the limit is
+    /// [extended](Self::extend).
+    #[must_use]
+    pub fn early(mut self, time: Option<Duration>) -> Self {
+        self.early = time.and_then(|time| self.start.checked_add(time));
+        self
+    }
+
+    /// Takes the earlier end and the guard back, as something is known of all light.
+    pub fn extend(&self) {
+        self.is_extended.store(true, Ordering::Relaxed);
+    }
+
+    fn is_extended(&self) -> bool {
+        self.is_extended.load(Ordering::Relaxed)
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let early = self.early.filter(|_| !self.is_extended());
+        early.or(self.deadline)
     }
 
     /// True if time or rays are limited.
@@ -36,16 +85,14 @@ impl<'a> Limit<'a> {
 
     /// True if work must stop.
     pub fn is_reached(&self) -> bool {
-        self.progress.is_stopped()
-            || self
-                .deadline
-                .is_some_and(|deadline| Instant::now() > deadline)
-            || self.is_beyond_rays()
+        self.progress.is_over(self.deadline()) || self.is_beyond_rays()
     }
 
-    /// True if more rays were searched for than asked for: the same on any threads.
+    /// True if more rays were searched for than asked for, or more work was done: the same on any threads.
     pub fn is_beyond_rays(&self) -> bool {
-        self.most_rays.is_some_and(|most| self.rays() > most)
+        let guard = self.most_work.filter(|_| !self.is_extended());
+        let most = [self.most_rays, guard];
+        most.into_iter().flatten().any(|most| self.rays() > most)
     }
 
     /// Adds rays to the work done.
@@ -60,7 +107,7 @@ impl<'a> Limit<'a> {
 
     /// Factor by which the rest of the budget exceeds a piece of work that took `time` and `rays`.
     pub fn affordable(&self, time: Duration, rays: u64) -> f64 {
-        let in_time = self.deadline.map_or(f64::INFINITY, |deadline| {
+        let in_time = self.deadline().map_or(f64::INFINITY, |deadline| {
             let left = deadline.saturating_duration_since(Instant::now());
             left.as_secs_f64() / time.as_secs_f64()
         });
@@ -75,6 +122,23 @@ impl<'a> Limit<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_earlier_end_and_a_guard_hold_until_they_are_taken_back() {
+        let progress = Progress::default();
+        let budget = Budget::time(Duration::from_secs(1000));
+        let over = Limit::new(&budget, &progress, Instant::now()).early(Some(Duration::ZERO));
+        std::thread::sleep(Duration::from_millis(2));
+        assert!(over.is_reached());
+        over.extend();
+        assert!(!over.is_reached() && over.is_set());
+        let guarded = Limit::new(&Budget::default(), &progress, Instant::now()).guarded(Some(100));
+        // Twelve polygons are as much work as 96 rays.
+        guarded.spend(guarded.work(5, 12));
+        assert!(guarded.is_reached() && !guarded.is_set());
+        guarded.extend();
+        assert!(!guarded.is_reached());
+    }
 
     #[test]
     fn a_limit_beyond_the_end_of_time_is_none() {

@@ -12,10 +12,12 @@
 //!
 //! One [`pass`] does so for one path signature and one tolerance. [`mod@run`] finds the signatures
 //! ([`discovery`]), and repeats passes with smaller tolerances until the error asked for is reached. Nothing
-//! but sums on the film ([`sums`]) is kept of a pass: memory does not grow with the number of cells.
+//! but sums on the film ([`sums`]) is kept of a pass: memory does not grow with the number of cells. Light
+//! that is divided without end goes to photons (`by_photons`).
 
 pub mod bars;
 mod batch;
+mod by_photons;
 pub mod cell;
 mod coarse;
 pub mod cut;
@@ -43,5 +45,5 @@ pub use pass::SignatureReport;
 pub use refine::scratch_bytes;
 pub use report::BeamReport;
 pub use run::{forecast, run};
-pub use settings::{BeamSettings, DEFAULT_ERROR};
+pub use settings::{BeamSettings, Chaotic, DEFAULT_ERROR};
 pub use support::supports;

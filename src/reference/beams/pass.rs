@@ -255,13 +255,12 @@ impl Passes<'_> {
                 if refiners.iter().any(Refiner::was_stopped) {
                     return None;
                 }
-                let done = |(signature, one): (usize, Refiner<'_, N>)| {
-                    let counters = one.counters();
-                    self.limit.spend(counters.rays - one.spent());
+                let done = |(signature, mut one): (usize, Refiner<'_, N>)| {
+                    one.tell_limit();
                     Done {
                         signature,
+                        counters: one.counters(),
                         balance: one.balance,
-                        counters,
                     }
                 };
                 let patches = patches * signatures.len();

@@ -14,4 +14,17 @@ pub struct BeamReport {
     /// Flux \[W\] of signatures too dim to be followed, as found by the discovery: in the upper bounds
     /// of the total, in no layer.
     pub not_followed: f64,
+    /// The light that photons measured, if they measured any.
+    pub by_photons: Option<PhotonReport>,
+}
+
+/// The light that photons measured in the place of beams.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PhotonReport {
+    /// Number of photons.
+    pub photons: u64,
+    /// Signatures that the discovery found and beams did not follow. There may be more.
+    pub signatures: Vec<String>,
+    /// Standard error over lit texels, relative to all light by way of mirrors and glass.
+    pub relative_error: Option<f64>,
 }

@@ -4,24 +4,25 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use super::batch::{batches, most as most_together};
+use super::by_photons::{ByPhotons, Division, LEAST_WORK, OF_BEAMS};
 use super::coarse::coarse;
 use super::discovery::{DiscoveryInputs, SignatureLight, discover};
 use super::film::BeamFilm;
 use super::finish;
-use super::forecast::{Forecast, Sample};
-use super::layers::{BeamLayer, Lit, Made, lit};
+use super::forecast::{Forecast, Sample, WorkBySignature};
+use super::layers::{BeamLayer, Made, lit};
 use super::limit::Limit;
 use super::pass::{BeamLight, Passes};
 use super::refine::{Asked, Limits, Sounding};
-use super::report::BeamReport;
+use super::report::{BeamReport, PhotonReport};
 use super::schedule::{self, Known};
 use super::selection::{Found, LeftOut, MARGIN, bound, left, needed_for, reached};
-use super::settings::{BeamSettings, target_error};
+use super::settings::{BeamSettings, Chaotic, target_error};
 use super::support::supports;
 use crate::geometry::TraversalCounters;
 use crate::numeric::math;
 use crate::radiometry::Rgb;
-use crate::reference::Target;
+use crate::reference::target::{LitTexels, Target};
 use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
@@ -62,6 +63,8 @@ pub struct Divided {
     pub together: usize,
     /// Events of the longest signature.
     pub events: usize,
+    /// True if photons measure some of the light, or may.
+    pub by_photons: bool,
 }
 
 /// A signature of a layer that is made.
@@ -78,6 +81,7 @@ struct Member {
 /// A run, set up.
 pub struct Setup<'a> {
     scene: &'a Scene,
+    sensor: &'a Sensor,
     settings: BeamSettings,
     target: Target,
     lights: Vec<BeamLight>,
@@ -94,6 +98,11 @@ pub struct Setup<'a> {
     unseen: Rgb,
     /// The signatures that may have coarse cells.
     coarse: BTreeSet<Signature>,
+    /// The signatures that photons measure, and these.
+    to_photons: BTreeSet<Signature>,
+    photons: Option<ByPhotons<'a>>,
+    /// The work of beams after which photons measure the rest.
+    most_work: Option<u64>,
     /// Errors asked for of single layers, relative to their own means.
     asked: BTreeMap<Signature, f64>,
     /// Limits of time count from here: the discovery takes its part.
@@ -109,7 +118,7 @@ impl<'a> Setup<'a> {
     /// If the sensor cannot receive, or beams cannot follow an emitter or a material.
     pub fn new(
         scene: &'a Scene,
-        sensor: &Sensor,
+        sensor: &'a Sensor,
         settings: BeamSettings,
         progress: &'a Progress,
     ) -> Result<Self, Error> {
@@ -137,6 +146,7 @@ impl<'a> Setup<'a> {
         signatures.sort_by(|(a, x), (b, y)| y.flux.total_cmp(&x.flux).then(a.cmp(b)));
         Ok(Self {
             scene,
+            sensor,
             settings,
             target,
             lights,
@@ -148,6 +158,9 @@ impl<'a> Setup<'a> {
             landed,
             unseen,
             coarse: BTreeSet::new(),
+            to_photons: BTreeSet::new(),
+            photons: None,
+            most_work: None,
             asked: BTreeMap::new(),
             began,
             progress,
@@ -189,8 +202,9 @@ impl<'a> Setup<'a> {
         Ok(())
     }
 
-    /// Follows one signature only: for tests and measurements of it.
+    /// Follows one signature only, by beams: for tests and measurements of it.
     pub fn only(&mut self, signature: Signature) {
+        self.settings.chaotic = Chaotic::Beams;
         self.signatures.retain(|(one, _)| *one == signature);
         let flux: f64 = self.signatures.iter().map(|(_, found)| found.flux).sum();
         self.landed *= flux / self.flux.max(f64::MIN_POSITIVE);
@@ -221,47 +235,60 @@ impl<'a> Setup<'a> {
         limit.spend(counters.rays);
         let target = target_error(budget);
         let film = self.target.size();
-        let (mut layers, others) = self.layers(target);
         if !limit.is_set() {
-            let forecast = self.forecast_of(&layers, target);
+            let forecast = self.forecast(budget);
             self.progress.set_forecast(Some(forecast.time));
         }
+        let limit = limit.early(self.early(budget)).guarded(self.most_work);
+        let (mut layers, others) = self.layers(target);
         let passes = self.spend(&mut layers, &others, target, &limit, &mut counters)?;
         let lit = self.lit(&layers, &others);
-        let (made, waiting): (Vec<BeamLayer>, Vec<BeamLayer>) =
-            layers.into_iter().partition(|layer| layer.made.is_some());
+        // If the discovery found light on the film, layers without any tell nothing.
+        let is_dark = lit.is_none() && self.is_lit();
+        let (made, waiting): (Vec<BeamLayer>, Vec<BeamLayer>) = layers
+            .into_iter()
+            .partition(|layer| layer.made.is_some() && !is_dark);
         // A limit may end a run before it knows light that is too bright to be left out.
         let coarse = target.unwrap_or(schedule::COARSE_ERROR);
         let is_due = |layer: &&BeamLayer| layer.needed_for > coarse;
         let missing = waiting.iter().filter(is_due).flat_map(|one| &one.members);
         let missing = missing.fold(0.0, |sum, (_, found)| sum + found.on_film);
-        let waiting: Vec<Found> = waiting.into_iter().flat_map(|one| one.members).collect();
-        let left_out =
-            LeftOut::of(others.iter().chain(&waiting), film).and_everywhere(MARGIN * missing, film);
-        let reached = lit.map(|lit| {
-            let known = self.known(&made, lit);
-            // Texels are about alike, but for those that no surface fills.
-            let measures = (0..self.target.texels()).map(|texel| self.target.measure(texel));
-            let measures: Vec<f64> = measures.filter(|measure| *measure > 0.0).collect();
-            let measure = measures.iter().sum::<f64>() / measures.len() as f64;
-            let left_out = (left_out.squares / lit.texels).sqrt() / measure;
-            math::hypot(schedule::error(&known), left_out / lit.mean)
-        });
-        // If the discovery found light on the film, layers without any tell nothing.
-        let made = if lit.is_none() && self.is_lit() {
-            Vec::new()
+        let is_asked = waiting.iter().any(|layer| layer.asked.is_some());
+        let waiting = waiting.into_iter().flat_map(|one| one.members);
+        let others: Vec<Found> = others.into_iter().chain(waiting).collect();
+        let of_beams = lit.map(|lit| schedule::error(&self.known(&made, lit)));
+        let rest = if missing > 0.0 || !self.to_photons.is_empty() {
+            self.by_photons(&made, &others, lit, budget)?
         } else {
-            made
+            None
+        };
+        let (missing, left_out) = match &rest {
+            Some(_) => (0.0, LeftOut::default()),
+            None => (
+                missing,
+                LeftOut::of(others.iter(), film).and_everywhere(MARGIN * missing, film),
+            ),
+        };
+        let reached = match (&rest, lit, of_beams) {
+            (Some((rest, _)), ..) => rest.relative_error,
+            (None, Some(lit), Some(error)) => {
+                let left_out = lit.relative_error(left_out.squares) / self.typical_measure();
+                Some(math::hypot(error, left_out))
+            }
+            _ => None,
         };
         let limited = budget.time.is_some() || budget.work.is_some();
         let is_unmet = match (target, reached) {
             (Some(target), Some(error)) => error > target,
-            _ => false,
+            (Some(_), None) => rest.is_some(),
+            (None, _) => false,
         } || made.iter().any(|layer| layer.is_unmet(&self.target));
         let incomplete = self.progress.is_stopped()
             || is_unmet && !limited
             || missing > 0.0
-            || made.is_empty() && !self.is_dark();
+            || is_asked
+            || rest.as_ref().is_some_and(|(rest, _)| rest.incomplete)
+            || made.is_empty() && rest.is_none() && !self.is_dark();
         let reports = made.iter().filter_map(|layer| layer.made.as_ref());
         let report = BeamReport {
             passes,
@@ -272,12 +299,14 @@ impl<'a> Setup<'a> {
                 .reduce(f64::min)
                 .unwrap_or(0.0),
             signatures: reports.flat_map(|made| made.reports.clone()).collect(),
+            by_photons: rest.as_ref().map(|(_, report)| report.clone()),
         };
         let outcome = finish::RunOutcome {
             scene: self.scene,
             target: &self.target,
             layers: made,
             left_out,
+            rest: rest.map(|(rest, _)| rest),
             unseen: self.unseen(),
             direct: direct.as_ref(),
             relative_error: reached,
@@ -285,6 +314,91 @@ impl<'a> Setup<'a> {
             incomplete,
         };
         Ok((outcome.estimate(), report))
+    }
+
+    /// The measure of a texel. Texels are about alike, but for those that no surface fills.
+    fn typical_measure(&self) -> f64 {
+        let measures = (0..self.target.texels()).map(|texel| self.target.measure(texel));
+        let measures: Vec<f64> = measures.filter(|measure| *measure > 0.0).collect();
+        measures.iter().sum::<f64>() / measures.len() as f64
+    }
+
+    /// True if photons may measure some of the light. A limit on rays is one of beams.
+    fn is_shared(&self, budget: &Budget) -> bool {
+        self.settings.chaotic == Chaotic::Photons && budget.work.is_none()
+    }
+
+    /// The time after which beams leave all that they do not know to photons; `None` if they do not.
+    fn early(&self, budget: &Budget) -> Option<Duration> {
+        let time = budget.time.filter(|_| self.is_shared(budget))?;
+        let elapsed = self.began.elapsed();
+        Some(elapsed + time.saturating_sub(elapsed) / 2)
+    }
+
+    /// Photons that may measure some of the light; `None` if they must not, or cannot.
+    fn photons(&self, budget: &Budget) -> Option<ByPhotons<'a>> {
+        self.is_shared(budget)
+            .then(|| ByPhotons::new(self.scene, self.sensor, self.settings, self.progress))
+            .flatten()
+    }
+
+    /// Lit texels, with the light of signatures that beams do not follow.
+    fn with_others(&self, lit: LitTexels, others: &[Found]) -> LitTexels {
+        let light = others.iter().fold(0.0, |sum, (_, one)| sum + one.on_film);
+        lit.and(light / self.typical_measure())
+    }
+
+    /// Measures by photons all light but that of the layers that are `made`, `others` as far as the discovery
+    /// found it. The error of the estimate is that of all light, and relative to it. `None` if photons cannot, or
+    /// if nothing became known.
+    fn by_photons(
+        &mut self,
+        made: &[BeamLayer],
+        others: &[Found],
+        lit: Option<LitTexels>,
+        budget: &Budget,
+    ) -> Result<Option<(Estimate, PhotonReport)>, Error> {
+        let left = |began: Instant| {
+            let time = budget.time?;
+            Some(time.saturating_sub(began.elapsed()))
+        };
+        if left(self.began) == Some(Duration::ZERO) {
+            return Ok(None);
+        }
+        let photons = self.photons.take();
+        let Some(photons) = photons.or_else(|| self.photons(budget)) else {
+            return Ok(None);
+        };
+        let lit = lit.map(|lit| self.with_others(lit, others));
+        let of_beams = lit.map_or(0.0, |lit| schedule::error(&self.known(made, lit)));
+        // What beams left of the error; if they left little, at least what was meant for photons.
+        let error = target_error(budget).map(|target| {
+            let left = target * target - of_beams * of_beams;
+            left.max(target * target * (1.0 - OF_BEAMS * OF_BEAMS))
+                .sqrt()
+        });
+        let budget = Budget {
+            relative_error: error,
+            time: left(self.began),
+            work: None,
+        };
+        let made_by_name = made.iter().filter(|layer| layer.name.is_some()).count();
+        let layers = self.settings.max_layers.saturating_sub(made_by_name);
+        let followed = made.iter().flat_map(|layer| &layer.members);
+        let followed = followed.map(|(signature, _)| *signature).collect();
+        self.progress.begin_part();
+        let measured = photons.measure(followed, layers, lit, &budget)?;
+        Ok(measured.map(|mut estimate| {
+            let names = others.iter().map(|(signature, _)| signature.to_string());
+            let report = PhotonReport {
+                photons: estimate.paths,
+                signatures: names.collect(),
+                relative_error: estimate.relative_error,
+            };
+            let error = &mut estimate.relative_error;
+            *error = error.map(|error| math::hypot(of_beams, error));
+            (estimate, report)
+        }))
     }
 
     /// The layers that are followed to an error, and the signatures that are not.
@@ -298,7 +412,9 @@ impl<'a> Setup<'a> {
                 let is_asked = self.asked.contains_key(&found.0);
                 (found, if is_asked { f64::INFINITY } else { needed })
             })
-            .partition(|(_, needed)| *needed > least);
+            .partition(|((signature, _), needed)| {
+                *needed > least && !self.to_photons.contains(signature)
+            });
         // Light on the film comes first, and has names first.
         followed.sort_by_key(|((_, light), _)| light.is_beside());
         let unasked = followed.iter().map(|(found, _)| found);
@@ -313,6 +429,9 @@ impl<'a> Setup<'a> {
 
     /// The layers that a budget's error asks for.
     pub fn divided(&mut self, budget: &Budget) -> Divided {
+        if budget.time.is_none() && self.is_shared(budget) {
+            self.forecast(budget);
+        }
         let (layers, _) = self.layers(target_error(budget));
         let members = layers.iter().flat_map(|layer| &layer.members);
         let events = members.clone().map(|(signature, _)| signature.len()).max();
@@ -321,6 +440,7 @@ impl<'a> Setup<'a> {
             named: layers.iter().filter(|layer| layer.name.is_some()).count(),
             has_others: layers.iter().any(|layer| layer.name.is_none()),
             events: events.unwrap_or(0),
+            by_photons: self.early(budget).is_some() || !self.to_photons.is_empty(),
         }
     }
 
@@ -334,34 +454,71 @@ impl<'a> Setup<'a> {
 
     /// Likely work to the error that a budget asks for, the discovery left out: rays and time.
     ///
-    /// The first pass is sounded. Mostly it is the last, unless a finer error is asked for than it aims at.
+    /// The first pass is sounded. Mostly it is the last, unless a finer error is asked for than it aims at. If
+    /// photons had better measure some of the light, the run will leave it to them.
     pub fn forecast(&mut self, budget: &Budget) -> Forecast {
+        let began = Instant::now();
         let target = target_error(budget);
+        (self.to_photons, self.photons, self.most_work) = Default::default();
         let (layers, _) = self.layers(target);
-        self.forecast_of(&layers, target)
+        let work = self.sounded(&layers, target);
+        let all = work
+            .values()
+            .fold(Sounding::default(), |all, one| all + *one);
+        let (mut rays, mut seconds) = (all.rays, all.seconds);
+        if let Some(division) = self.division(&work, budget) {
+            // Rays of both take about as long.
+            rays = division.work;
+            seconds *= division.work / all.work();
+            self.to_photons = division.to_photons;
+            self.most_work = Some(division.most_of_beams);
+        }
+        let threads = rayon::current_num_threads() as f64;
+        let seconds = (seconds / threads).min(Duration::MAX.as_secs_f64() * 0.5);
+        Forecast {
+            rays,
+            time: began.elapsed() + Duration::from_secs_f64(seconds),
+        }
     }
 
-    fn forecast_of(&self, layers: &[BeamLayer], target: Option<f64>) -> Forecast {
+    /// The division of the light between beams and photons, given beams' work; `None` if beams keep all of it.
+    fn division(&mut self, work: &WorkBySignature, budget: &Budget) -> Option<Division> {
+        let target = target_error(budget)?;
+        let all: f64 = work.values().map(Sounding::work).sum();
+        if all < LEAST_WORK {
+            return None;
+        }
+        let reached = reached(self.signatures.iter(), self.target.size());
+        let lit = match reached.iter().filter(|reached| **reached).count() {
+            0 => self.target.texels(),
+            lit => lit,
+        };
+        let photons = self.photons(budget)?;
+        let is_asked = |signature: &Signature| self.asked.contains_key(signature);
+        let division = photons.division(work, is_asked, lit as f64, target)?;
+        self.photons = Some(photons);
+        Some(division)
+    }
+
+    /// Likely work on each signature.
+    fn sounded(&self, layers: &[BeamLayer], target: Option<f64>) -> WorkBySignature {
         let limit = Limit::new(&Budget::default(), self.progress, self.began);
         let passes = self.passes(&limit);
         let sample = |(index, light)| (light, Sample::of(&passes, light, index));
         let lights: Vec<_> = self.lights.iter().enumerate().map(sample).collect();
-        let (mut all, began) = (Sounding::default(), Instant::now());
+        let mut all = WorkBySignature::new();
         let first = schedule::first(target, false);
         let goal = target.unwrap_or(schedule::COARSE_ERROR);
         let tolerances = layers.iter().map(|layer| self.first(layer, first, goal));
         let members = self.members(layers, &tolerances.collect::<Vec<_>>());
         for batch in batches(members.len(), self.most_together(), false) {
             let asked: Vec<Asked> = members[batch].iter().map(|one| one.asked).collect();
-            all += passes.sound(&lights, &asked);
+            all.extend(passes.sound(&lights, &asked));
         }
-        let all = all * schedule::after_first(target);
-        let threads = rayon::current_num_threads() as f64;
-        let seconds = (all.seconds / threads).min(Duration::MAX.as_secs_f64() * 0.5);
-        Forecast {
-            rays: all.rays,
-            time: began.elapsed() + Duration::from_secs_f64(seconds),
+        for work in all.values_mut() {
+            *work = *work * schedule::after_first(target);
         }
+        all
     }
 
     /// Makes the layers until their error is reached, or no budget is left. Returns the number of passes.
@@ -386,7 +543,7 @@ impl<'a> Setup<'a> {
             if limit.is_reached() {
                 break;
             }
-            let Some(lit) = self.lit(layers, others) else {
+            let Some(mut lit) = self.lit(layers, others) else {
                 if !self.is_lit() || unlit == MOST_UNLIT {
                     break;
                 }
@@ -396,12 +553,26 @@ impl<'a> Setup<'a> {
                 }
                 continue;
             };
+            if !self.to_photons.is_empty() {
+                lit = self.with_others(lit, others);
+            }
             let known = self.known(layers, lit);
             let error = schedule::error(&known);
             self.progress.set_relative_error(Some(error));
+            if !layers
+                .iter()
+                .any(|layer| layer.made.is_none() && layer.needed_for > goal)
+            {
+                limit.extend();
+            }
             let goal = target.unwrap_or(WITHOUT_TARGET * error);
             let affordable = work * limit.affordable(began.elapsed(), limit.rays() - rays);
-            let finer = schedule::affordable(&known, left(goal), affordable);
+            let goal = if self.to_photons.is_empty() {
+                left(goal)
+            } else {
+                OF_BEAMS * goal
+            };
+            let finer = schedule::affordable(&known, goal, affordable);
             let mut finer = finer.into_iter();
             let again = |layer: &BeamLayer| {
                 layer.made.as_ref()?;
@@ -422,7 +593,7 @@ impl<'a> Setup<'a> {
     }
 
     /// The texels that are lit, by light that is left out, too; `None` if no layer lights any.
-    fn lit(&self, layers: &[BeamLayer], others: &[Found]) -> Option<Lit> {
+    fn lit(&self, layers: &[BeamLayer], others: &[Found]) -> Option<LitTexels> {
         let waiting = layers.iter().filter(|layer| layer.made.is_none());
         let waiting = waiting.flat_map(|layer| &layer.members);
         let by_others = reached(others.iter().chain(waiting), self.target.size());
@@ -487,7 +658,7 @@ impl<'a> Setup<'a> {
     }
 
     /// The layers as the schedule sees them.
-    fn known(&self, layers: &[BeamLayer], lit: Lit) -> Vec<Known> {
+    fn known(&self, layers: &[BeamLayer], lit: LitTexels) -> Vec<Known> {
         let made = layers.iter().filter_map(|layer| layer.made.as_ref());
         made.map(|made| made.known(lit, &self.target)).collect()
     }
@@ -517,7 +688,8 @@ impl<'a> Setup<'a> {
             .map(|layer| (Made::default(), layer.members.len()))
             .collect();
         let mut all = 0.0;
-        for batch in batches(members.len(), self.most_together(), limit.is_set()) {
+        let may_end = limit.is_set() || self.most_work.is_some();
+        for batch in batches(members.len(), self.most_together(), may_end) {
             let batch = &members[batch];
             let asked: Vec<Asked> = batch.iter().map(|one| one.asked).collect();
             let is_done = passes.signatures(&self.lights, &asked, |index, mut one| {

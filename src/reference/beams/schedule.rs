@@ -83,12 +83,17 @@ pub fn first(target: Option<f64>, limited: bool) -> f64 {
 
 /// The work to an error of `target`, by that of the first pass.
 pub fn after_first(target: Option<f64>) -> f64 {
-    let steps = FIRST.start() / target.unwrap_or(*FIRST.start());
-    if steps > 1.0 {
-        1.0 + math::powf(steps, WORK_ORDER / ERROR_ORDER)
+    let steps = target.unwrap_or(*FIRST.start()) / FIRST.start();
+    if steps < 1.0 {
+        1.0 + growth(steps)
     } else {
         1.0
     }
+}
+
+/// The work to so small a part of an error, by that to the error.
+pub fn growth(part: f64) -> f64 {
+    math::powf(part, -WORK_ORDER / ERROR_ORDER)
 }
 
 /// The error of all layers together: they are independent.

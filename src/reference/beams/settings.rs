@@ -1,6 +1,7 @@
 //! Settings of a beam run.
 
 use crate::run::Budget;
+use crate::setting::words::words;
 use crate::transport::scatter::ShadingNormals;
 
 /// Settings of how beams are followed and counted.
@@ -12,15 +13,31 @@ pub struct BeamSettings {
     pub shading_normals: ShadingNormals,
     /// Path signatures with a layer of their own: the brightest.
     pub max_layers: usize,
+    /// Who measures light that beams would take long for.
+    pub chaotic: Chaotic,
+    /// Seed of photons that measure some of the light.
+    pub seed: u64,
+}
+
+words! {
+    /// Who measures light of chaotic chains, which beams would take most of their work for.
+    Chaotic {
+        /// Photons: its bounds hold with their confidence
+        Photons = "photons",
+        /// Beams, however long that takes
+        Beams = "beams",
+    }
 }
 
 impl Default for BeamSettings {
-    /// 16 events, eight layers.
+    /// 16 events, eight layers, chaotic light by photons of seed 0.
     fn default() -> Self {
         Self {
             max_depth: 16,
             shading_normals: ShadingNormals::Flux,
             max_layers: 8,
+            chaotic: Chaotic::Photons,
+            seed: 0,
         }
     }
 }

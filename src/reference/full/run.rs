@@ -111,9 +111,12 @@ pub fn run(
         .collect();
     let (replicates, _) = paths.division(budget.work.unwrap_or(u64::MAX));
     let shares = Shares::new(start, budget.time, replicates, |most| {
-        // Nobody else waits for time: there is nothing to set aside.
-        let is_alone = light.is_empty();
-        (!is_alone).then(|| paths.time_of_replicate(most)).flatten()
+        if light.is_empty() {
+            // Nobody else waits for time: there is nothing to set aside.
+            None
+        } else {
+            paths.time_of_replicate(most)
+        }
     });
     let mut report = FullReport {
         parts: Vec::new(),
@@ -145,6 +148,11 @@ pub fn run(
         }
         if finder != plan.finder(class) && !part.0.total.is_unknown() {
             report.notices.push(beams_gave_way(class));
+        }
+        if let PartDetail::Beams(beams) = &part.1
+            && beams.by_photons.is_some()
+        {
+            report.notices.push(beams_shared(class));
         }
         let of_part = PathClasses::NONE.with(class);
         followed.push(report.take(finder, of_part, part));
@@ -244,6 +252,14 @@ impl Run<'_> {
 fn beams_gave_way(class: PathClass) -> String {
     format!(
         "{class}: {} ended nothing in its share of the time: it is measured by photons, with a larger error",
+        Finder::Beams.name()
+    )
+}
+
+/// The notice of a class of which photons measure a part.
+fn beams_shared(class: PathClass) -> String {
+    format!(
+        "{class}: light that {} would have taken long for is measured by photons",
         Finder::Beams.name()
     )
 }

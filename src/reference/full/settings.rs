@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::reference::beams::BeamSettings;
+use crate::reference::beams::{BeamSettings, Chaotic};
 use crate::reference::path::PathSettings;
 use crate::reference::photon_map::{PhotonMapSettings, Seen};
 use crate::reference::photons::PhotonSettings;
@@ -71,6 +71,8 @@ impl FullSettings {
             max_depth: self.photons.chains.max_depth,
             shading_normals: ShadingNormals::Adjoint,
             max_layers: 0,
+            chaotic: Chaotic::Photons,
+            seed: seed(3),
         };
         self
     }

@@ -163,9 +163,7 @@ impl<'a> Setup<'a> {
         replicates: u32,
         deadline: Option<Instant>,
     ) -> Result<RoundSums, Error> {
-        let stop = || {
-            self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
-        };
+        let stop = || self.progress.is_over(deadline);
         let finished = |paths: u64| self.progress.add(paths);
         let root = Stream::new(self.settings.stream, self.settings.seed).split(number);
         let mut sums = RoundSums::new(self.camera.width() * self.camera.height());

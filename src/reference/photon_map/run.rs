@@ -58,9 +58,7 @@ impl Setup<'_> {
         passes: u64,
         deadline: Option<Instant>,
     ) -> Result<RoundSums, Error> {
-        let stop = || {
-            self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
-        };
+        let stop = || self.progress.is_over(deadline);
         let mut sums = RoundSums::new(self, passes);
         let (Some(camera), Target::Camera { etendue, .. }) = (self.camera(), &self.target) else {
             return Ok(sums);

@@ -17,7 +17,7 @@ use super::weights::Largest;
 use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
-use crate::reference::Target;
+use crate::reference::target::{LitTexels, Target};
 use crate::run::estimate::{brightness, relative_error};
 use crate::run::{Estimate, Interval, Layer, LayerName};
 use crate::transport::direct::Direct;
@@ -201,6 +201,24 @@ impl Rounds {
     /// Relative standard error over lit texels, of all rounds.
     pub fn relative_error(&self) -> Option<f64> {
         self.total.relative_error()
+    }
+
+    /// The same relative to other light, which is `lit`; `None` if nothing arrived, or without an error bar.
+    pub fn error_relative_to(&self, lit: LitTexels, target: &Target) -> Option<f64> {
+        if self.total.flux.iter().all(|flux| flux.is_black()) {
+            return None;
+        }
+        let texels = self.total.flux.iter().zip(&self.total.variance);
+        let squares = texels.enumerate().map(|(texel, (flux, variance))| {
+            let measure = target.measure(texel) * self.paths as f64;
+            if measure == 0.0 {
+                return 0.0;
+            }
+            let (_, error) = brightness(*flux, variance.map(f64::sqrt));
+            (error / measure) * (error / measure)
+        });
+        let error = lit.relative_error(squares.sum());
+        error.is_finite().then_some(error)
     }
 
     /// The estimate, with the direct light if it was measured.

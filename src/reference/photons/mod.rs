@@ -8,8 +8,8 @@
 //! error, for both kinds of points alike. [`bounds`] hold where few photons arrived, or none.
 //!
 //! One file a step: [`mod@run`] spends the budget in rounds, [`replicate`] traces one
-//! randomisation, [`layers`] gives path signatures their layers, [`sums`] keeps exact sums of
-//! a round, [`weights`] the largest contributions, [`finish`] turns them into an
+//! randomisation, [`pilot`] says beforehand what light there is, [`layers`] gives path signatures
+//! their layers, [`sums`] keeps exact sums of a round, [`weights`] the largest contributions, [`finish`] turns them into an
 //! [`Estimate`](crate::run::Estimate), [`shard`] carries them from machine to machine, and
 //! [`gather`] puts them together as they come.
 
@@ -18,6 +18,7 @@ pub mod finish;
 pub mod gather;
 mod hashed;
 pub mod layers;
+pub mod pilot;
 pub mod replicate;
 pub mod run;
 pub mod settings;

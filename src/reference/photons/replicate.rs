@@ -23,6 +23,8 @@ const TASK_PHOTONS: u64 = 4096;
 pub trait Recipient<const N: usize>: Send {
     /// True if it is to hear of one photon after the other; else legs of some come between those of others.
     const IS_ORDERED: bool = false;
+    /// The next photons start in a cell, if photons come one after the other.
+    fn start_cell(&mut self, _cell: usize) {}
     /// A photon starts with `flux` \[W\].
     fn emitted(&mut self, flux: Flux<N>);
     /// Light arrives at a surface, and may end there or go on. Returns the fate of the light that ends.
@@ -92,10 +94,10 @@ impl Job<'_> {
                 let mut tracer = ChainTracer::new(self.scene, self.chains);
                 let mut recipient = recipient();
                 let mut sink = Sink(&mut recipient);
-                let mut all = spans.iter().flat_map(|span| self.emit(span, photons));
                 match MaterialsAtWavelength::new(self.scene) {
                     Some(mut spectrum) => {
                         for span in &spans {
+                            sink.0.start_cell(span.cell);
                             self.disperse_span(
                                 span,
                                 photons,
@@ -105,8 +107,17 @@ impl Job<'_> {
                             );
                         }
                     }
-                    None if R::IS_ORDERED => all.for_each(|it| tracer.trace(&it, &mut sink)),
-                    None => tracer.trace_all(&mut all, &mut sink),
+                    None if R::IS_ORDERED => {
+                        for span in &spans {
+                            sink.0.start_cell(span.cell);
+                            self.emit(span, photons)
+                                .for_each(|it| tracer.trace(&it, &mut sink));
+                        }
+                    }
+                    None => {
+                        let mut all = spans.iter().flat_map(|span| self.emit(span, photons));
+                        tracer.trace_all(&mut all, &mut sink);
+                    }
                 }
                 recipient.finish();
                 (self.finished)(spans.iter().map(|span| span.count).sum());

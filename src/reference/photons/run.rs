@@ -1,15 +1,17 @@
 //! Spending a budget on replicates.
 
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use super::finish::{Rounds, relative_error_of};
-use super::layers::{LayerMap, pilot};
+use super::layers::LayerMap;
+use super::pilot::{PilotLight, squares_by_cell};
 use super::replicate::Job;
 use super::settings::{DEFAULT_PHOTONS, PhotonSettings, Shard};
 use super::sums::RoundSums;
 use crate::numeric::{FixedPoint, Stream};
-use crate::reference::Target;
 use crate::reference::rounds::{self, Schedule};
+use crate::reference::target::{LitTexels, Target};
 use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
@@ -24,7 +26,10 @@ pub struct Setup<'a> {
     pub(super) settings: PhotonSettings,
     pub(super) target: Target,
     pub(super) light: LightSpace,
+    pub(super) pilot: PilotLight,
     pub(super) map: LayerMap,
+    /// The light that errors are relative to; `None` for the photons' own.
+    lit: Option<LitTexels>,
     progress: &'a Progress,
 }
 
@@ -57,16 +62,33 @@ impl<'a> Setup<'a> {
             settings,
             target,
             light,
-            map: LayerMap::new(Vec::new()),
+            pilot: PilotLight::default(),
+            map: LayerMap::default(),
+            lit: None,
             progress,
         };
         let stop = || progress.is_stopped();
-        setup.map = pilot(
-            &setup.job(setup.stream(PILOT), &stop, &|_| ()),
-            &setup.target,
-            settings.max_layers,
-        );
+        let job = setup.job(setup.stream(PILOT), &stop, &|_| ());
+        setup.pilot = PilotLight::of(&job, &setup.target);
+        setup.map = setup.pilot.layers(settings.max_layers, BTreeSet::new());
         Ok(setup)
+    }
+
+    /// What the pilot's photons brought.
+    pub fn pilot(&self) -> &PilotLight {
+        &self.pilot
+    }
+
+    /// Leaves out the light of some signatures, which somebody else measures. Of the others so many get a
+    /// layer of their own. Errors are relative to the light that is `lit`, if that is known.
+    pub fn leave_out(
+        &mut self,
+        signatures: BTreeSet<Signature>,
+        layers: usize,
+        lit: Option<LitTexels>,
+    ) {
+        self.map = self.pilot.layers(layers, signatures);
+        self.lit = lit;
     }
 
     /// The target that the photons fill.
@@ -90,7 +112,7 @@ impl<'a> Setup<'a> {
         let Target::Receiver(receiver) = &self.target else {
             return None;
         };
-        let stop = || self.is_over(deadline);
+        let stop = || self.progress.is_over(deadline);
         let PhotonSettings {
             seed,
             direct_samples,
@@ -98,10 +120,6 @@ impl<'a> Setup<'a> {
         } = self.settings;
         let measured = direct(self.scene, receiver, seed, direct_samples, &stop);
         Some(measured.unwrap_or_else(|| Direct::unknown(receiver.texels())))
-    }
-
-    fn is_over(&self, deadline: Option<Instant>) -> bool {
-        self.progress.is_stopped() || deadline.is_some_and(|deadline| Instant::now() > deadline)
     }
 
     /// Spends the budget and delivers the estimate.
@@ -115,6 +133,26 @@ impl<'a> Setup<'a> {
         let (schedule, mut run) = self.begun(budget, start);
         let incomplete = schedule.spend(&mut run)?;
         Ok(run.estimate(direct.as_ref(), incomplete))
+    }
+
+    /// The same without the direct light, by photons that start where the light in question does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Setup::run`].
+    pub fn run_aimed(&mut self, budget: &Budget) -> Result<Estimate, Error> {
+        let start = Instant::now();
+        let stop = || self.progress.is_over(budget.deadline(start));
+        let job = self.job(self.stream(AIM), &stop, &|_| ());
+        let squares = squares_by_cell(&job, &self.target, &self.map);
+        self.light.share_by(&squares);
+        let (schedule, mut run) = self.begun(budget, start);
+        let incomplete = schedule.spend(&mut run)?;
+        let relative_error = rounds::Rounds::relative_error(&run);
+        Ok(Estimate {
+            relative_error,
+            ..run.estimate(None, incomplete)
+        })
     }
 
     /// A run that begins, and the schedule by which it spends its budget.
@@ -166,7 +204,7 @@ impl<'a> Setup<'a> {
         shard: Shard,
         deadline: Option<Instant>,
     ) -> Result<RoundSums, Error> {
-        let stop = || self.is_over(deadline);
+        let stop = || self.progress.is_over(deadline);
         let finished = |photons: u64| self.progress.add(photons);
         let mut sums = None;
         let mut shown = Instant::now();
@@ -181,7 +219,7 @@ impl<'a> Setup<'a> {
             if !sums.add_replicate(&job, &self.target, &self.map)? {
                 break;
             }
-            if round == 0 && shown.elapsed() > SHOW_EVERY {
+            if round == 0 && self.lit.is_none() && shown.elapsed() > SHOW_EVERY {
                 shown = Instant::now();
                 self.progress.set_relative_error(relative_error_of(sums));
             }
@@ -257,7 +295,10 @@ impl rounds::Rounds for Run<'_, '_> {
     }
 
     fn relative_error(&self) -> Option<f64> {
-        self.rounds.relative_error()
+        match self.setup.lit {
+            Some(lit) => self.rounds.error_relative_to(lit, &self.setup.target),
+            None => self.rounds.relative_error(),
+        }
     }
 
     fn is_dark(&self) -> bool {
@@ -301,9 +342,10 @@ pub(in crate::reference) fn check_flux(light: &LightSpace) -> Result<(), Setting
     }
 }
 
-/// Numbers that keep the streams of the pilot run and of the replicates apart.
+/// Numbers that keep the streams of the pilot, of the replicates and of those that aim apart.
 const PILOT: u64 = 1;
 const REPLICATES: u64 = 2;
+const AIM: u64 = 3;
 
 /// Measures what falls on a sensor.
 ///

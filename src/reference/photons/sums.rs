@@ -288,13 +288,15 @@ impl<const N: usize> Recipient<N> for Tally<'_, N> {
                 if arrival.signature.is_empty() {
                     return Fate::Direct;
                 }
-                self.keep(arrival.signature, texel, arrival.flux);
+                if self.map.counts(arrival.signature) {
+                    self.keep(arrival.signature, texel, arrival.flux);
+                }
                 Fate::Received
             }
             Screen::Camera { .. } => {
                 // A surface takes the light, and a camera sees only the light that is reflected. Direct light
                 // does not count here: photons are for light that meets specular geometry.
-                if !arrival.signature.is_empty() {
+                if !arrival.signature.is_empty() && self.map.counts(arrival.signature) {
                     self.see(arrival, counters);
                 }
                 Fate::Absorbed

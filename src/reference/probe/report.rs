@@ -109,10 +109,7 @@ impl<'a> ProbeReport<'a> {
         settings: ProbeSettings,
         (deadline, progress): (Option<Instant>, &Progress),
     ) -> Result<Self, ProbeError> {
-        let stop = || {
-            let is_late = deadline.is_some_and(|deadline| Instant::now() > deadline);
-            is_late || progress.is_stopped()
-        };
+        let stop = || progress.is_over(deadline);
         let probed = probe_until(scene, sensor, uv, &settings, &stop)?;
         Ok(Self {
             scene: scene.path().display().to_string(),

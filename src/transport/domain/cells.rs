@@ -207,10 +207,30 @@ impl LightSpace {
         self.charts.iter().any(LightChart::has_area)
     }
 
-    /// The share (0..=1) of all cells' flux that a cell has; they sum to 1.
+    /// The share (0..=1) of all samples that a cell has; they sum to 1. It is that of all cells' flux, unless
+    /// others were [given](Self::share_by).
     #[inline]
     pub fn share(&self, cell: usize) -> f64 {
         self.cumulative[cell + 1] - self.cumulative[cell]
+    }
+
+    /// Gives cells shares by which a sample of all is likely to vary least: half of each by its flux, as before,
+    /// and half by √(share · q). Here q is the sum of the squared contributions of the cell's samples.
+    pub fn share_by(&mut self, squares: &[f64]) {
+        let important = |cell: usize| (self.share(cell) * squares[cell]).sqrt();
+        let important: Vec<f64> = (0..self.cells.len()).map(important).collect();
+        let all: f64 = important.iter().sum();
+        if !(all > 0.0 && all.is_finite()) {
+            return;
+        }
+        let (mut sum, mut cumulative) = (0.0, vec![0.0]);
+        for (cell, important) in important.iter().enumerate() {
+            sum += important / all;
+            cumulative.push(0.5 * (self.cumulative[cell + 1] + sum));
+        }
+        // To the bit: no rounding may add a sample.
+        cumulative[important.len()] = 1.0;
+        self.cumulative = cumulative;
     }
 
     /// Number of the `count` samples that a cell gets, by systematic sampling.

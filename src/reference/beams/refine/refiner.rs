@@ -79,7 +79,7 @@ const LEAST_BENT: f64 = 1.0 / 64.0;
 const FAINT: f64 = 0.25;
 
 /// Number of cells between two questions to the limit: some milliseconds' work.
-const PATIENCE: u32 = 256;
+const PATIENCE: u64 = 256;
 
 /// Memory that refiners work in, one after the other.
 pub struct Scratch<const N: usize> {
@@ -142,9 +142,9 @@ pub struct Refiner<'a, const N: usize> {
     signature: Signature,
     pub(super) clearance: &'a Clearance<'a>,
     pub(super) limit: &'a Limit<'a>,
-    /// Number of cells until the limit is asked again.
-    pub(super) patience: u32,
-    /// Number of rays that the limit knows of.
+    /// Number of cells and polygons so far.
+    places: u64,
+    /// Work that the limit knows of \[rays\].
     pub(super) spent: u64,
     pub(super) stopped: bool,
     /// The cone, for a spot.
@@ -196,7 +196,7 @@ impl<'a, const N: usize> Refiner<'a, N> {
             film,
             clearance,
             limit,
-            patience: PATIENCE,
+            places: 0,
             spent: 0,
             stopped: false,
             // Nothing is allocated.
@@ -219,6 +219,11 @@ impl<'a, const N: usize> Refiner<'a, N> {
         &self.limits
     }
 
+    /// Number of cells and polygons so far.
+    pub fn places(&self) -> u64 {
+        self.places
+    }
+
     /// The work done so far.
     pub fn counters(&self) -> TraversalCounters {
         self.paths.follower.counters
@@ -239,19 +244,18 @@ impl<'a, const N: usize> Refiner<'a, N> {
         self.stopped
     }
 
-    /// Number of rays that the limit has been told of.
-    pub fn spent(&self) -> u64 {
-        self.spent
+    /// Tells the limit of the work since it was told last.
+    pub fn tell_limit(&mut self) {
+        let work = self.limit.work(self.counters().rays, self.places);
+        self.limit.spend(work - self.spent);
+        self.spent = work;
     }
 
     /// True if work may go on, by a question to the limit now and then. Called once for each cell or polygon.
     pub fn may_go_on(&mut self) -> bool {
-        self.patience -= 1;
-        if self.patience == 0 {
-            self.patience = PATIENCE;
-            let rays = self.paths.follower.counters.rays;
-            self.limit.spend(rays - self.spent);
-            self.spent = rays;
+        self.places += 1;
+        if self.places.is_multiple_of(PATIENCE) {
+            self.tell_limit();
             self.stopped |= self.limit.is_reached();
         }
         !self.stopped

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use super::refiner::Refiner;
 use crate::reference::beams::cell::BeamCell;
+use crate::reference::beams::limit::RAYS_A_PLACE;
 use crate::transport::first_surface::SurfacePatch;
 
 /// Part of a middle's path that is a cell's own: two cells share each edge.
@@ -24,24 +25,43 @@ const OF_BORDER: f64 = 4.0;
 pub struct Sounding {
     /// Rays.
     pub rays: f64,
+    /// Cells and polygons.
+    pub places: f64,
     /// Time of one thread \[s\].
     pub seconds: f64,
 }
 
 impl Sounding {
-    /// Some rays, and the time that they took.
-    pub fn new(rays: u64, time: Duration) -> Self {
+    /// Its size, in rays.
+    pub fn work(&self) -> f64 {
+        self.rays + RAYS_A_PLACE as f64 * self.places
+    }
+
+    /// Some rays and places, and the time that they took.
+    pub fn new(rays: u64, places: u64, time: Duration) -> Self {
         Self {
             rays: rays as f64,
+            places: places as f64,
             seconds: time.as_secs_f64(),
+        }
+    }
+}
+
+impl std::ops::Add for Sounding {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            rays: self.rays + other.rays,
+            places: self.places + other.places,
+            seconds: self.seconds + other.seconds,
         }
     }
 }
 
 impl std::ops::AddAssign for Sounding {
     fn add_assign(&mut self, other: Self) {
-        self.rays += other.rays;
-        self.seconds += other.seconds;
+        *self = *self + other;
     }
 }
 
@@ -51,6 +71,7 @@ impl std::ops::Mul<f64> for Sounding {
     fn mul(self, factor: f64) -> Self {
         Self {
             rays: self.rays * factor,
+            places: self.places * factor,
             seconds: self.seconds * factor,
         }
     }
@@ -69,15 +90,15 @@ impl<const N: usize> Refiner<'_, N> {
         let (mut all, mut cells) = (Sounding::default(), 1.0);
         while self.may_go_on() {
             let mut clock = (Instant::now(), self.counters().rays);
-            let mut lap = |rays: u64| {
+            let mut lap = |rays: u64, places: u64| {
                 let (began, before) = std::mem::replace(&mut clock, (Instant::now(), rays));
-                Sounding::new(rays - before, clock.0 - began)
+                Sounding::new(rays - before, places, clock.0 - began)
             };
             let middles = self.middles(chart, &cell);
-            let of_middles = lap(self.counters().rays);
+            let of_middles = lap(self.counters().rays, 0);
             let quarters = self.place_or_divide(chart, &mut cell, &middles);
             all += of_middles * (OF_EDGE * cells);
-            all += lap(self.counters().rays) * cells;
+            all += lap(self.counters().rays, 1) * cells;
             let Some(quarters) = quarters else {
                 break;
             };
