@@ -122,8 +122,8 @@ pub(super) fn beams(channels: u64, layers: Layers, texels: u64, together: u64) -
 pub(super) fn beams_and_photons(channels: u64, layers: u64, beams: u64, named: u64) -> u64 {
     // It may be all of the light that photons measure, if time or a guard ends beams.
     let rest = Layers::most(named);
-    // Photons come after beams. What is left of them, value, standard error and bounds of their layers and total,
-    // and counts, is beside the end of beams; and a total with standard errors.
+    // Photons come after beams. What is left of them, value, standard error and bounds of their layers and
+    // total, and counts, is beside the end of beams; and a total with standard errors.
     let tracing = layers * SUMS + PAIR + photons(channels, rest);
     let finishing = beams + (rest.count() + 1) * 2 * PAIR + TRIPLE + 8;
     tracing.max(finishing)

@@ -1,8 +1,8 @@
 //! Rounds: a budget of work, time or error, spent by a method that repeats itself.
 //!
 //! A method with replicates works in rounds, each of all replicates. If only work is limited there is one
-//! round. Otherwise there are several, each with twice the work of the one before, or with what is missing to the
-//! error asked for, until the next would not fit.
+//! round. Otherwise there are several, each with twice the work of the one before, or with what is missing to
+//! the error asked for, until the next would not fit.
 
 use std::time::{Duration, Instant};
 

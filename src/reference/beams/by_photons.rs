@@ -67,6 +67,14 @@ pub struct Division {
     pub most_of_beams: u64,
 }
 
+/// Photons, and their part of the light.
+pub struct PhotonPart<'a> {
+    /// The photons.
+    pub photons: ByPhotons<'a>,
+    /// The division.
+    pub division: Division,
+}
+
 impl<'a> ByPhotons<'a> {
     /// Photons for the same light as beams; `None` if they cannot be connected to the sensor.
     pub fn new(
@@ -90,8 +98,9 @@ impl<'a> ByPhotons<'a> {
         Some(Self { sensor, setup })
     }
 
-    /// The division that takes the least work to a relative `error` on so many `lit` texels, given beams' work on
-    /// each signature; those that `must_stay` stay with beams. `None` if beams had better keep all light.
+    /// The division that takes the least work to a relative `error` on so many `lit` texels, given beams'
+    /// work on each signature; those that `must_stay` stay with beams. `None` if beams had better keep all
+    /// light.
     pub fn division(
         &self,
         by_beams: &WorkBySignature,
@@ -109,9 +118,9 @@ impl<'a> ByPhotons<'a> {
         division((&stays, &work), &pilot.received, each, (lit, error))
     }
 
-    /// Measures the light of all signatures but those that are `followed` by beams. Of the others so many get a
-    /// layer of their own. Returns the estimate with bounds, and with its error relative to the light that is
-    /// `lit`; `None` if nothing became known in time.
+    /// Measures the light of all signatures but those that are `followed` by beams. Of the others so many get
+    /// a layer of their own. Returns the estimate with bounds, and with its error relative to the light that
+    /// is `lit`; `None` if nothing became known in time.
     ///
     /// # Errors
     ///
@@ -236,8 +245,9 @@ mod tests {
     fn little_light_that_beams_take_long_for_goes_to_photons() {
         let division = divided(&[BRIGHT, CHAOTIC], 1e-2).unwrap();
         assert_eq!(names(&division), ["LTRRRRTD"]);
-        // Variance that may be left: (0.8 x 1.02 %)² / 4096 = 1.63e-8. So photons are 2¹⁶ x 6e-7 / 4 / 1.63e-8 =
-        // 6.0e5, of eight rays. Beams take 0.6^-0.79 = 1.49 times as long for their part of the error.
+        // Variance that may be left: (0.8 x 1.02 %)² / 4096 = 1.63e-8. So photons are 2¹⁶ x 6e-7 / 4 /
+        // 1.63e-8 = 6.0e5, of eight rays. Beams take 0.6^-0.79 = 1.49 times as long for their part of the
+        // error.
         let photons = 65_536.0 * 0.25 * 6e-7 / (math::powi(0.8 * 1.02e-2, 2) / 4096.0);
         let work = 8.0 * photons + 1e6 * math::powf(0.6, -0.55 / 0.7);
         assert!((division.work / work - 1.0).abs() < 1e-12, "{division:?}");

@@ -168,7 +168,8 @@ impl RunOutcome<'_> {
                 _ => Some(std::mem::replace(&mut ledger.other, row)),
             };
         }
-        // Each signature's cells sum up the same light, more or less finely. Photons may start beside surfaces.
+        // Each signature's cells sum up the same light, more or less finely. Photons may start beside
+        // surfaces.
         let reports = self.made().flat_map(|made| &made.reports);
         let emitted = reports.map(|report| report.emitted).reduce(f64::max);
         ledger.emitted = emitted.map_or(by_photons, Rgb::grey);

@@ -36,6 +36,7 @@ pub mod run;
 pub mod schedule;
 pub mod selection;
 pub mod settings;
+mod sharing;
 pub mod store;
 pub mod sums;
 pub mod support;

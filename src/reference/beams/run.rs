@@ -1,20 +1,20 @@
 //! Layers made with smaller and smaller tolerances, until the budget is used.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::batch::{batches, most as most_together};
-use super::by_photons::{ByPhotons, Division, LEAST_WORK, OF_BEAMS};
+use super::by_photons::{OF_BEAMS, PhotonPart};
 use super::coarse::coarse;
 use super::discovery::{DiscoveryInputs, SignatureLight, discover};
 use super::film::BeamFilm;
 use super::finish;
-use super::forecast::{Forecast, Sample, WorkBySignature};
+use super::forecast::Forecast;
 use super::layers::{BeamLayer, Made, lit};
 use super::limit::Limit;
 use super::pass::{BeamLight, Passes};
-use super::refine::{Asked, Limits, Sounding};
-use super::report::{BeamReport, PhotonReport};
+use super::refine::{Asked, Limits};
+use super::report::BeamReport;
 use super::schedule::{self, Known};
 use super::selection::{Found, LeftOut, MARGIN, bound, left, needed_for, reached};
 use super::settings::{BeamSettings, Chaotic, target_error};
@@ -68,46 +68,43 @@ pub struct Divided {
 }
 
 /// A signature of a layer that is made.
-struct Member {
+pub(super) struct Member {
     /// The number of the layer.
     layer: usize,
     /// The layer's tolerance.
     tolerance: f64,
-    asked: Asked,
+    pub(super) asked: Asked,
     /// Flux \[W\] that a texel may get of it, if its cells are too coarse to tell.
     may_get: Option<Vec<f64>>,
 }
 
 /// A run, set up.
 pub struct Setup<'a> {
-    scene: &'a Scene,
-    sensor: &'a Sensor,
-    settings: BeamSettings,
-    target: Target,
-    lights: Vec<BeamLight>,
-    clearance: Clearance<'a>,
-    shared: SharedPlaces<'a>,
-    facets: Facets,
+    pub(super) scene: &'a Scene,
+    pub(super) sensor: &'a Sensor,
+    pub(super) settings: BeamSettings,
+    pub(super) target: Target,
+    pub(super) lights: Vec<BeamLight>,
+    pub(super) clearance: Clearance<'a>,
+    pub(super) shared: SharedPlaces<'a>,
+    pub(super) facets: Facets,
     /// The brightest first.
-    signatures: Vec<(Signature, SignatureLight)>,
+    pub(super) signatures: Vec<(Signature, SignatureLight)>,
     /// Estimated flux \[W\] of all signatures on the film, or beside it if next to none is on it.
-    flux: f64,
+    pub(super) flux: f64,
     /// Estimated flux \[W\] on the film and beside it.
-    landed: f64,
+    pub(super) landed: f64,
     /// Flux that the discovery may have missed \[W\].
-    unseen: Rgb,
+    pub(super) unseen: Rgb,
     /// The signatures that may have coarse cells.
-    coarse: BTreeSet<Signature>,
-    /// The signatures that photons measure, and these.
-    to_photons: BTreeSet<Signature>,
-    photons: Option<ByPhotons<'a>>,
-    /// The work of beams after which photons measure the rest.
-    most_work: Option<u64>,
+    pub(super) coarse: BTreeSet<Signature>,
+    /// Photons that measure some of the light, if they are to.
+    pub(super) photon_part: Option<PhotonPart<'a>>,
     /// Errors asked for of single layers, relative to their own means.
-    asked: BTreeMap<Signature, f64>,
+    pub(super) asked: BTreeMap<Signature, f64>,
     /// Limits of time count from here: the discovery takes its part.
-    began: Instant,
-    progress: &'a Progress,
+    pub(super) began: Instant,
+    pub(super) progress: &'a Progress,
 }
 
 impl<'a> Setup<'a> {
@@ -158,9 +155,7 @@ impl<'a> Setup<'a> {
             landed,
             unseen,
             coarse: BTreeSet::new(),
-            to_photons: BTreeSet::new(),
-            photons: None,
-            most_work: None,
+            photon_part: None,
             asked: BTreeMap::new(),
             began,
             progress,
@@ -239,7 +234,7 @@ impl<'a> Setup<'a> {
             let forecast = self.forecast(budget);
             self.progress.set_forecast(Some(forecast.time));
         }
-        let limit = limit.early(self.early(budget)).guarded(self.most_work);
+        let limit = limit.early(self.early(budget)).guarded(self.guard());
         let (mut layers, others) = self.layers(target);
         let passes = self.spend(&mut layers, &others, target, &limit, &mut counters)?;
         let lit = self.lit(&layers, &others);
@@ -257,7 +252,7 @@ impl<'a> Setup<'a> {
         let waiting = waiting.into_iter().flat_map(|one| one.members);
         let others: Vec<Found> = others.into_iter().chain(waiting).collect();
         let of_beams = lit.map(|lit| schedule::error(&self.known(&made, lit)));
-        let rest = if missing > 0.0 || !self.to_photons.is_empty() {
+        let rest = if missing > 0.0 || self.photon_part.is_some() {
             self.by_photons(&made, &others, lit, budget)?
         } else {
             None
@@ -317,92 +312,14 @@ impl<'a> Setup<'a> {
     }
 
     /// The measure of a texel. Texels are about alike, but for those that no surface fills.
-    fn typical_measure(&self) -> f64 {
+    pub(super) fn typical_measure(&self) -> f64 {
         let measures = (0..self.target.texels()).map(|texel| self.target.measure(texel));
         let measures: Vec<f64> = measures.filter(|measure| *measure > 0.0).collect();
         measures.iter().sum::<f64>() / measures.len() as f64
     }
 
-    /// True if photons may measure some of the light. A limit on rays is one of beams.
-    fn is_shared(&self, budget: &Budget) -> bool {
-        self.settings.chaotic == Chaotic::Photons && budget.work.is_none()
-    }
-
-    /// The time after which beams leave all that they do not know to photons; `None` if they do not.
-    fn early(&self, budget: &Budget) -> Option<Duration> {
-        let time = budget.time.filter(|_| self.is_shared(budget))?;
-        let elapsed = self.began.elapsed();
-        Some(elapsed + time.saturating_sub(elapsed) / 2)
-    }
-
-    /// Photons that may measure some of the light; `None` if they must not, or cannot.
-    fn photons(&self, budget: &Budget) -> Option<ByPhotons<'a>> {
-        self.is_shared(budget)
-            .then(|| ByPhotons::new(self.scene, self.sensor, self.settings, self.progress))
-            .flatten()
-    }
-
-    /// Lit texels, with the light of signatures that beams do not follow.
-    fn with_others(&self, lit: LitTexels, others: &[Found]) -> LitTexels {
-        let light = others.iter().fold(0.0, |sum, (_, one)| sum + one.on_film);
-        lit.and(light / self.typical_measure())
-    }
-
-    /// Measures by photons all light but that of the layers that are `made`, `others` as far as the discovery
-    /// found it. The error of the estimate is that of all light, and relative to it. `None` if photons cannot, or
-    /// if nothing became known.
-    fn by_photons(
-        &mut self,
-        made: &[BeamLayer],
-        others: &[Found],
-        lit: Option<LitTexels>,
-        budget: &Budget,
-    ) -> Result<Option<(Estimate, PhotonReport)>, Error> {
-        let left = |began: Instant| {
-            let time = budget.time?;
-            Some(time.saturating_sub(began.elapsed()))
-        };
-        if left(self.began) == Some(Duration::ZERO) {
-            return Ok(None);
-        }
-        let photons = self.photons.take();
-        let Some(photons) = photons.or_else(|| self.photons(budget)) else {
-            return Ok(None);
-        };
-        let lit = lit.map(|lit| self.with_others(lit, others));
-        let of_beams = lit.map_or(0.0, |lit| schedule::error(&self.known(made, lit)));
-        // What beams left of the error; if they left little, at least what was meant for photons.
-        let error = target_error(budget).map(|target| {
-            let left = target * target - of_beams * of_beams;
-            left.max(target * target * (1.0 - OF_BEAMS * OF_BEAMS))
-                .sqrt()
-        });
-        let budget = Budget {
-            relative_error: error,
-            time: left(self.began),
-            work: None,
-        };
-        let made_by_name = made.iter().filter(|layer| layer.name.is_some()).count();
-        let layers = self.settings.max_layers.saturating_sub(made_by_name);
-        let followed = made.iter().flat_map(|layer| &layer.members);
-        let followed = followed.map(|(signature, _)| *signature).collect();
-        self.progress.begin_part();
-        let measured = photons.measure(followed, layers, lit, &budget)?;
-        Ok(measured.map(|mut estimate| {
-            let names = others.iter().map(|(signature, _)| signature.to_string());
-            let report = PhotonReport {
-                photons: estimate.paths,
-                signatures: names.collect(),
-                relative_error: estimate.relative_error,
-            };
-            let error = &mut estimate.relative_error;
-            *error = error.map(|error| math::hypot(of_beams, error));
-            (estimate, report)
-        }))
-    }
-
     /// The layers that are followed to an error, and the signatures that are not.
-    fn layers(&mut self, target: Option<f64>) -> (Vec<BeamLayer>, Vec<Found>) {
+    pub(super) fn layers(&mut self, target: Option<f64>) -> (Vec<BeamLayer>, Vec<Found>) {
         let film = self.target.size();
         let least = target.unwrap_or(LEAST_TARGET);
         let needed = needed_for(&self.signatures, film);
@@ -413,7 +330,7 @@ impl<'a> Setup<'a> {
                 (found, if is_asked { f64::INFINITY } else { needed })
             })
             .partition(|((signature, _), needed)| {
-                *needed > least && !self.to_photons.contains(signature)
+                *needed > least && !self.is_for_photons(signature)
             });
         // Light on the film comes first, and has names first.
         followed.sort_by_key(|((_, light), _)| light.is_beside());
@@ -440,85 +357,16 @@ impl<'a> Setup<'a> {
             named: layers.iter().filter(|layer| layer.name.is_some()).count(),
             has_others: layers.iter().any(|layer| layer.name.is_none()),
             events: events.unwrap_or(0),
-            by_photons: self.early(budget).is_some() || !self.to_photons.is_empty(),
+            by_photons: self.early(budget).is_some() || self.photon_part.is_some(),
         }
     }
 
     /// The tolerance of the first pass over a layer, if that over others is `first`; `None` if the layer need
     /// not be made for an error of `goal`.
-    fn first(&self, layer: &BeamLayer, first: f64, goal: f64) -> Option<f64> {
+    pub(super) fn first(&self, layer: &BeamLayer, first: f64, goal: f64) -> Option<f64> {
         let members = layer.members.iter();
         let coarsest = members.map(|member| self.coarsest(member));
         (layer.needed_for > goal).then_some(first.min(coarsest.fold(0.0, f64::max)))
-    }
-
-    /// Likely work to the error that a budget asks for, the discovery left out: rays and time.
-    ///
-    /// The first pass is sounded. Mostly it is the last, unless a finer error is asked for than it aims at. If
-    /// photons had better measure some of the light, the run will leave it to them.
-    pub fn forecast(&mut self, budget: &Budget) -> Forecast {
-        let began = Instant::now();
-        let target = target_error(budget);
-        (self.to_photons, self.photons, self.most_work) = Default::default();
-        let (layers, _) = self.layers(target);
-        let work = self.sounded(&layers, target);
-        let all = work
-            .values()
-            .fold(Sounding::default(), |all, one| all + *one);
-        let (mut rays, mut seconds) = (all.rays, all.seconds);
-        if let Some(division) = self.division(&work, budget) {
-            // Rays of both take about as long.
-            rays = division.work;
-            seconds *= division.work / all.work();
-            self.to_photons = division.to_photons;
-            self.most_work = Some(division.most_of_beams);
-        }
-        let threads = rayon::current_num_threads() as f64;
-        let seconds = (seconds / threads).min(Duration::MAX.as_secs_f64() * 0.5);
-        Forecast {
-            rays,
-            time: began.elapsed() + Duration::from_secs_f64(seconds),
-        }
-    }
-
-    /// The division of the light between beams and photons, given beams' work; `None` if beams keep all of it.
-    fn division(&mut self, work: &WorkBySignature, budget: &Budget) -> Option<Division> {
-        let target = target_error(budget)?;
-        let all: f64 = work.values().map(Sounding::work).sum();
-        if all < LEAST_WORK {
-            return None;
-        }
-        let reached = reached(self.signatures.iter(), self.target.size());
-        let lit = match reached.iter().filter(|reached| **reached).count() {
-            0 => self.target.texels(),
-            lit => lit,
-        };
-        let photons = self.photons(budget)?;
-        let is_asked = |signature: &Signature| self.asked.contains_key(signature);
-        let division = photons.division(work, is_asked, lit as f64, target)?;
-        self.photons = Some(photons);
-        Some(division)
-    }
-
-    /// Likely work on each signature.
-    fn sounded(&self, layers: &[BeamLayer], target: Option<f64>) -> WorkBySignature {
-        let limit = Limit::new(&Budget::default(), self.progress, self.began);
-        let passes = self.passes(&limit);
-        let sample = |(index, light)| (light, Sample::of(&passes, light, index));
-        let lights: Vec<_> = self.lights.iter().enumerate().map(sample).collect();
-        let mut all = WorkBySignature::new();
-        let first = schedule::first(target, false);
-        let goal = target.unwrap_or(schedule::COARSE_ERROR);
-        let tolerances = layers.iter().map(|layer| self.first(layer, first, goal));
-        let members = self.members(layers, &tolerances.collect::<Vec<_>>());
-        for batch in batches(members.len(), self.most_together(), false) {
-            let asked: Vec<Asked> = members[batch].iter().map(|one| one.asked).collect();
-            all.extend(passes.sound(&lights, &asked));
-        }
-        for work in all.values_mut() {
-            *work = *work * schedule::after_first(target);
-        }
-        all
     }
 
     /// Makes the layers until their error is reached, or no budget is left. Returns the number of passes.
@@ -553,7 +401,7 @@ impl<'a> Setup<'a> {
                 }
                 continue;
             };
-            if !self.to_photons.is_empty() {
+            if self.photon_part.is_some() {
                 lit = self.with_others(lit, others);
             }
             let known = self.known(layers, lit);
@@ -567,7 +415,7 @@ impl<'a> Setup<'a> {
             }
             let goal = target.unwrap_or(WITHOUT_TARGET * error);
             let affordable = work * limit.affordable(began.elapsed(), limit.rays() - rays);
-            let goal = if self.to_photons.is_empty() {
+            let goal = if self.photon_part.is_none() {
                 left(goal)
             } else {
                 OF_BEAMS * goal
@@ -635,7 +483,7 @@ impl<'a> Setup<'a> {
     }
 
     /// The inputs of passes.
-    fn passes<'p>(&'p self, limit: &'p Limit<'p>) -> Passes<'p> {
+    pub(super) fn passes<'p>(&'p self, limit: &'p Limit<'p>) -> Passes<'p> {
         Passes {
             scene: self.scene,
             target: &self.target,
@@ -658,7 +506,7 @@ impl<'a> Setup<'a> {
     }
 
     /// The layers as the schedule sees them.
-    fn known(&self, layers: &[BeamLayer], lit: LitTexels) -> Vec<Known> {
+    pub(super) fn known(&self, layers: &[BeamLayer], lit: LitTexels) -> Vec<Known> {
         let made = layers.iter().filter_map(|layer| layer.made.as_ref());
         made.map(|made| made.known(lit, &self.target)).collect()
     }
@@ -688,7 +536,7 @@ impl<'a> Setup<'a> {
             .map(|layer| (Made::default(), layer.members.len()))
             .collect();
         let mut all = 0.0;
-        let may_end = limit.is_set() || self.most_work.is_some();
+        let may_end = limit.is_set() || self.photon_part.is_some();
         for batch in batches(members.len(), self.most_together(), may_end) {
             let batch = &members[batch];
             let asked: Vec<Asked> = batch.iter().map(|one| one.asked).collect();
@@ -716,7 +564,7 @@ impl<'a> Setup<'a> {
     }
 
     /// Most signatures that are followed together: flat facets' polygons have something to share.
-    fn most_together(&self) -> usize {
+    pub(super) fn most_together(&self) -> usize {
         let is_flat = |light: &BeamLight| !light.parts(&self.facets).0.is_empty();
         if self.lights.iter().any(is_flat) {
             let size = self.target.size();
@@ -730,7 +578,7 @@ impl<'a> Setup<'a> {
     }
 
     /// The signatures of layers that are made at these tolerances, in the order of layers.
-    fn members(&self, layers: &[BeamLayer], tolerances: &[Option<f64>]) -> Vec<Member> {
+    pub(super) fn members(&self, layers: &[BeamLayer], tolerances: &[Option<f64>]) -> Vec<Member> {
         let mut members = Vec::new();
         for (layer, (one, tolerance)) in layers.iter().zip(tolerances).enumerate() {
             let Some(tolerance) = *tolerance else {

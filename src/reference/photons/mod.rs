@@ -7,11 +7,11 @@
 //! independent randomisations ("replicates"), and their scatter gives each texel's standard
 //! error, for both kinds of points alike. [`bounds`] hold where few photons arrived, or none.
 //!
-//! One file a step: [`mod@run`] spends the budget in rounds, [`replicate`] traces one
-//! randomisation, [`pilot`] says beforehand what light there is, [`layers`] gives path signatures
-//! their layers, [`sums`] keeps exact sums of a round, [`weights`] the largest contributions, [`finish`] turns them into an
-//! [`Estimate`](crate::run::Estimate), [`shard`] carries them from machine to machine, and
-//! [`gather`] puts them together as they come.
+//! One file a step: [`mod@run`] spends the budget in rounds, [`replicate`] traces one randomisation,
+//! [`pilot`] says beforehand what light there is, [`layers`] gives path signatures their layers, [`sums`]
+//! keeps exact sums of a round, [`weights`] the largest contributions, [`finish`] turns them into an
+//! [`Estimate`](crate::run::Estimate), [`shard`] carries them from machine to machine, and [`gather`] puts
+//! them together as they come.
 
 pub mod bounds;
 pub mod finish;

@@ -214,8 +214,9 @@ impl LightSpace {
         self.cumulative[cell + 1] - self.cumulative[cell]
     }
 
-    /// Gives cells shares by which a sample of all is likely to vary least: half of each by its flux, as before,
-    /// and half by √(share · q). Here q is the sum of the squared contributions of the cell's samples.
+    /// Gives cells shares by which a sample of all is likely to vary least: half of each by its flux, as
+    /// before, and half by √(share · q). Here q is the sum of the squared contributions of the cell's
+    /// samples.
     pub fn share_by(&mut self, squares: &[f64]) {
         let important = |cell: usize| (self.share(cell) * squares[cell]).sqrt();
         let important: Vec<f64> = (0..self.cells.len()).map(important).collect();
