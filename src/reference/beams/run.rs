@@ -85,19 +85,19 @@ pub struct Setup<'a> {
     pub(super) settings: BeamSettings,
     pub(super) target: Target,
     pub(super) lights: Vec<BeamLight>,
-    pub(super) clearance: Clearance<'a>,
-    pub(super) shared: SharedPlaces<'a>,
-    pub(super) facets: Facets,
+    clearance: Clearance<'a>,
+    shared: SharedPlaces<'a>,
+    facets: Facets,
     /// The brightest first.
     pub(super) signatures: Vec<(Signature, SignatureLight)>,
     /// Estimated flux \[W\] of all signatures on the film, or beside it if next to none is on it.
-    pub(super) flux: f64,
+    flux: f64,
     /// Estimated flux \[W\] on the film and beside it.
-    pub(super) landed: f64,
+    landed: f64,
     /// Flux that the discovery may have missed \[W\].
-    pub(super) unseen: Rgb,
+    unseen: Rgb,
     /// The signatures that may have coarse cells.
-    pub(super) coarse: BTreeSet<Signature>,
+    coarse: BTreeSet<Signature>,
     /// Photons that measure some of the light, if they are to.
     pub(super) photon_part: Option<PhotonPart<'a>>,
     /// Errors asked for of single layers, relative to their own means.
