@@ -10,7 +10,7 @@ use crate::run::format::time;
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError, Values};
 use crate::transport::camera::Camera;
-use crate::transport::chain_limits::first_rough;
+use crate::transport::chain_limits::{first_coat, first_rough};
 use crate::transport::domain::LightSpace;
 
 /// A method, and the reason for which it was chosen.
@@ -141,6 +141,11 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
         let reason = format!(
             "beams cannot follow all light: {rough} is rough, and scatters it in many directions"
         );
+        return Ok((photons, reason));
+    }
+    if let Some(coat) = first_coat(scene) {
+        let reason =
+            format!("beams cannot follow all light: the coat of {coat} mirrors some percent of it");
         return Ok((photons, reason));
     }
     let crop = &sensor.film.crop;

@@ -330,13 +330,38 @@ impl Material {
     /// two-sided wrappers: chains of photons go on there by lot. They end at the rough parts of blends (see
     /// [`Self::is_blended_gloss`]).
     pub fn is_glossy(&self, all: &[Self]) -> bool {
+        let is_one = |it: &Self| {
+            matches!(
+                it,
+                Self::RoughDielectric { .. } | Self::RoughConductor { .. }
+            )
+        };
+        self.has_unblended(all, &is_one)
+    }
+
+    /// True if it is a coat over a matt base.
+    pub fn is_coat(&self) -> bool {
+        matches!(self, Self::Plastic(_) | Self::RoughPlastic { .. })
+    }
+
+    /// True if light can leave it by a smooth coat over a matt base, looking through masks and two-sided
+    /// wrappers.
+    pub fn has_smooth_coat(&self, all: &[Self]) -> bool {
+        self.has_unblended(all, &|it| matches!(it, Self::Plastic(_)))
+    }
+
+    /// The same of rough coats.
+    pub fn has_rough_coat(&self, all: &[Self]) -> bool {
+        self.has_unblended(all, &|it| matches!(it, Self::RoughPlastic { .. }))
+    }
+
+    fn has_unblended(&self, all: &[Self], is_one: &impl Fn(&Self) -> bool) -> bool {
         match self {
-            Self::RoughDielectric { .. } | Self::RoughConductor { .. } => true,
             Self::Mask { opacity, .. } if !opacity.may_exceed_zero() => false,
-            Self::Mask { .. } | Self::TwoSided { .. } => {
-                self.nested().any(|id| all[id.0 as usize].is_glossy(all))
-            }
-            _ => false,
+            Self::Mask { .. } | Self::TwoSided { .. } => self
+                .nested()
+                .any(|id| all[id.0 as usize].has_unblended(all, is_one)),
+            _ => is_one(self),
         }
     }
 
@@ -348,6 +373,17 @@ impl Material {
             Self::Turned { .. } => false,
             Self::Blend { .. } => nested.any(|it| it.is_glossy(all) || it.is_blended_gloss(all)),
             _ => nested.any(|it| it.is_blended_gloss(all)),
+        }
+    }
+
+    /// True if it blends a coat over a matt base with another material, or wraps such a blend whose normals
+    /// no texture turns.
+    pub fn is_blended_coat(&self, all: &[Self]) -> bool {
+        let mut nested = self.nested().map(|id| &all[id.0 as usize]);
+        match self {
+            Self::Turned { .. } => false,
+            Self::Blend { .. } => nested.any(|it| it.holds(all, &Self::is_coat)),
+            _ => nested.any(|it| it.is_blended_coat(all)),
         }
     }
 
@@ -370,10 +406,11 @@ impl Material {
             Self::RoughDielectric { .. } | Self::RoughConductor { .. } => true,
             Self::Principled(principled) => principled.is_interface(),
             Self::PrincipledThin(sheet) => sheet.is_interface(),
-            // The coat of plastic reflects some percent: a receiver's gloss.
             Self::Turned { nested, .. } => {
                 let nested = &all[nested.0 as usize];
-                nested.is_specular(all) || nested.is_rough_interface(all)
+                nested.is_specular(all)
+                    || nested.is_rough_interface(all)
+                    || nested.holds(all, &Self::is_coat)
             }
             _ => self.nested().any(of),
         }
@@ -458,6 +495,9 @@ impl Material {
                 specular_reflectance,
                 ..
             } => eta.is_grey() && k.is_grey() && specular_reflectance.is_grey(),
+            Self::Plastic(coat) | Self::RoughPlastic { coat, .. } => {
+                coat.specular_reflectance.is_grey()
+            }
             // A material that scatters light ends the chain: its colour changes no irradiance.
             _ => self
                 .nested()

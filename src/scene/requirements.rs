@@ -23,11 +23,14 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
     let rough = names(scene, |object| {
         scene.material(object.material).is_glossy(scene.materials())
     });
+    let coats = coats(scene);
     let may_refract = |object: &Object| {
         let material = scene.material(object.material);
         material.is_rough_interface(scene.materials())
     };
-    let no_chain = if scene.objects().iter().any(may_refract) {
+    let no_chain = if coats.needed {
+        "nothing but coats or rough interfaces mirrors or refracts"
+    } else if scene.objects().iter().any(may_refract) {
         "nothing mirrors or refracts without blur"
     } else {
         "nothing mirrors or refracts: there is no caustic"
@@ -45,6 +48,7 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "mirrors or refracts with a blur: for photons and paths",
             "no interface is rough",
         ),
+        coats,
         colour(scene),
         area_lights(scene),
         normal_lights(scene),
@@ -99,21 +103,36 @@ pub fn requirements(scene: &Scene) -> Vec<Requirement> {
             "no principled material has metal or glass",
         ),
         blends(scene),
-        item(
-            "partial masks",
-            &names(scene, |object| {
-                contains(
-                    scene,
-                    object.material,
-                    &|material| matches!(material, Material::Mask { opacity, .. } if opacity.is_partial()),
-                )
-            }),
-            "lets part of the light pass",
-            "surfaces are whole or absent",
-        ),
+        masks(scene),
     ];
     list.push(dispersion(scene));
     list
+}
+
+fn masks(scene: &Scene) -> Requirement {
+    let is_partial = |material: &Material| matches!(material, Material::Mask { opacity, .. } if opacity.is_partial());
+    item(
+        "partial masks",
+        &names(scene, |object| {
+            contains(scene, object.material, &is_partial)
+        }),
+        "lets part of the light pass",
+        "surfaces are whole or absent",
+    )
+}
+
+fn coats(scene: &Scene) -> Requirement {
+    let all = scene.materials();
+    let is_one = |object: &Object| {
+        let material = scene.material(object.material);
+        material.has_smooth_coat(all) || material.has_rough_coat(all)
+    };
+    item(
+        "coats",
+        &names(scene, is_one),
+        "mirrors some percent over a matt base: for photons and paths",
+        "no matt surface has a coat",
+    )
 }
 
 fn blends(scene: &Scene) -> Requirement {

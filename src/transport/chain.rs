@@ -4,12 +4,13 @@
 //! Fresnel tree). After that it goes on along one branch, chosen with the probability of its share. Both keep
 //! the expected flux of every branch. Choosing one also keeps the flux itself, so the [ledger](super::ledger)
 //! closes for every photon and not only on average. At a rough interface one of its many branches is chosen,
-//! too, if the settings let chains go on from there ([`glossy`]).
+//! too ([`glossy`]). The settings tell from which surfaces chains go on ([`Followed`]).
 //!
 //! A chain knows nothing of sensors. It tells its [`ChainSink`] of every surface at which light arrives, and
 //! a sensor, or a photon map, uses that as it likes.
 
 use super::flux::Flux;
+use super::followed::Followed;
 use super::glossy;
 use super::ledger::Fate;
 use super::scatter::{Branch, Interaction, ShadingNormals, Way};
@@ -28,19 +29,19 @@ pub struct ChainSettings {
     pub split_depth: u32,
     /// Effect of interpolated normals on flux.
     pub shading_normals: ShadingNormals,
-    /// True if chains go on from rough interfaces, false if they end there. It is the method's to say.
+    /// The surfaces that they go on from; at others they end. It is the method's to say.
     #[serde(skip)]
-    pub follows_rough: bool,
+    pub followed: Followed,
 }
 
 impl Default for ChainSettings {
-    /// Settings of 16 events, with all branches for the first two, also from rough interfaces.
+    /// Settings of 16 events, with all branches for the first two, from all surfaces that photons know.
     fn default() -> Self {
         Self {
             max_depth: 16,
             split_depth: 2,
             shading_normals: ShadingNormals::Flux,
-            follows_rough: true,
+            followed: Followed::All,
         }
     }
 }
@@ -137,7 +138,13 @@ impl<const N: usize> Flight<N> {
 }
 
 /// The place at the end of a leg.
-type Place<'p> = (&'p Hit, &'p SurfacePoint);
+#[derive(Clone, Copy)]
+struct Place<'p> {
+    hit: &'p Hit,
+    point: &'p SurfacePoint,
+    /// The fate of light that does not go on from there.
+    lost: Fate,
+}
 
 /// Legs searched for at a time: shapes are then tried one after the other for all of them. 16 to 128 take
 /// the same time.
@@ -290,27 +297,37 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         };
         let fate = sink.arrived(&arrival, &mut self.counters);
         let material = self.scene.objects()[hit.shape as usize].material;
-        let interaction = Interaction::among(
+        let mut interaction = Interaction::among(
             (self.scene, materials),
             &materials[material.0 as usize],
             &point,
             ray.direction,
             self.settings.shading_normals,
         );
-        let is_rough = self.settings.follows_rough && interaction.rough_share() > 0.0;
+        interaction.follow(self.settings.followed);
+        let is_rough = interaction.rough_share() > 0.0;
         if interaction.is_end() && !is_rough {
             sink.ended(flight.signature, fate, flight.flux);
             return None;
         }
         let events = flight.signature.len();
-        let place = (&hit, &point);
+        let lost = if interaction.is_coated() {
+            fate
+        } else {
+            Fate::Absorbed
+        };
+        let place = Place {
+            hit: &hit,
+            point: &point,
+            lost,
+        };
         if flight.passes >= MAX_PASSES {
             sink.ended(flight.signature, Fate::CutOff, flight.flux);
             None
         } else if events >= self.settings.max_depth as usize {
             self.pass(flight, &interaction, place, sink)
         } else if is_rough {
-            self.scatter(flight, place, sink)
+            self.scatter(flight, &interaction, place, sink)
         } else if events < self.settings.split_depth as usize {
             self.follow_all(flight, &interaction, place, sink)
         } else {
@@ -353,37 +370,48 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             .choose(choice)
             .and_then(|way| self.along(flight, flight.flux, way, interaction, place, sink));
         if next.is_none() {
-            sink.ended(flight.signature, Fate::Absorbed, flight.flux);
+            sink.ended(flight.signature, place.lost, flight.flux);
         }
         next
     }
 
     /// Follows one of the many directions of a rough interface, or passes the mask over it.
     ///
+    /// A coat reflects a few percent: while chains split that goes on, and later all of the flux, as often.
     /// Out of line: scenes without rough interfaces are not to pay for it.
     #[cold]
     #[inline(never)]
     fn scatter(
         &self,
         flight: &Flight<N>,
+        interaction: &Interaction,
         place: Place,
         sink: &mut impl ChainSink<N>,
     ) -> Option<Flight<N>> {
-        let (hit, point) = place;
         // No flight has passed so many surfaces: nothing else is chosen by these numbers.
-        let numbers = [0, 1, 2].map(|k| flight.choice(flight.passes + k * (MAX_PASSES + 1)));
+        let number = |k: u32| flight.choice(flight.passes + k * (MAX_PASSES + 1));
         let drawn = glossy::draw(
             self.scene,
-            hit,
-            point,
+            (place.hit, place.point),
             flight.ray.direction,
             self.settings.shading_normals,
-            numbers,
+            [0, 1, 2].map(number),
         );
-        let Some((branch, event)) = drawn else {
-            sink.ended(flight.signature, Fate::Absorbed, flight.flux);
+        let Some((mut branch, event)) = drawn else {
+            sink.ended(flight.signature, place.lost, flight.flux);
             return None;
         };
+        let is_split = flight.signature.len() < self.settings.split_depth as usize;
+        if event.is_some() && interaction.is_coated() && !is_split {
+            let share = branch.tint.max_magnitude();
+            if share < 1.0 {
+                if number(3) >= share {
+                    sink.ended(flight.signature, place.lost, flight.flux);
+                    return None;
+                }
+                branch.tint = branch.tint * (1.0 / share);
+            }
+        }
         Some(self.leave(flight, flight.flux, &branch, event, place, sink))
     }
 
@@ -410,7 +438,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         }
         // Shares sum to one but for rounding, which does not count as absorption.
         if rest.max_magnitude() > 4.0 * f64::EPSILON * flight.flux.max_magnitude() {
-            sink.ended(flight.signature, Fate::Absorbed, rest);
+            sink.ended(flight.signature, place.lost, rest);
         }
         last
     }
@@ -425,11 +453,9 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     ) -> Option<Flight<N>> {
         let passed = interaction.share_of(Way::Passed);
         if passed < 1.0 {
-            let mut events =
-                interaction.share_of(Way::Reflected) + interaction.share_of(Way::Transmitted);
-            if self.settings.follows_rough {
-                events += interaction.rough_share();
-            }
+            let events = interaction.share_of(Way::Reflected)
+                + interaction.share_of(Way::Transmitted)
+                + interaction.rough_share();
             let fate = if events > 0.0 {
                 Fate::CutOff
             } else {
@@ -469,15 +495,15 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
     /// Out of line: scenes without textured interfaces are not to pay for it.
     #[cold]
     #[inline(never)]
-    fn looked_up(&self, color: Color, (hit, point): Place) -> Rgb {
-        let point = self.scene.world().with_uv(*point, hit);
+    fn looked_up(&self, color: Color, place: Place) -> Rgb {
+        let point = self.scene.world().with_uv(*place.point, place.hit);
         self.scene
-            .color(color, &TexturePoint::new(self.scene, hit, &point))
+            .color(color, &TexturePoint::new(self.scene, place.hit, &point))
     }
 
     /// `flux` of a flight on one branch from its place.
     ///
-    /// Flux that a tint takes is absorbed. Flux that a tint adds is a gain by adjoint shading normals.
+    /// Flux that a tint takes ends. Flux that a tint adds is a gain by adjoint shading normals.
     #[inline]
     fn leave(
         &self,
@@ -485,7 +511,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
         flux: Flux<N>,
         branch: &Branch<N>,
         event: Option<Event>,
-        (hit, point): Place,
+        place: Place,
         sink: &mut impl ChainSink<N>,
     ) -> Flight<N> {
         let leaving = flux * branch.tint;
@@ -493,20 +519,20 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             if self.settings.shading_normals == ShadingNormals::Adjoint {
                 sink.gained(leaving - flux);
             } else {
-                sink.ended(flight.signature, Fate::Absorbed, flux - leaving);
+                sink.ended(flight.signature, place.lost, flux - leaving);
             }
         }
         Flight {
-            ray: point.spawn(branch.direction),
+            ray: place.point.spawn(branch.direction),
             flux: leaving,
             signature: event.map_or(flight.signature, |event| flight.signature.then(event)),
             passes: flight.passes + u32::from(event.is_none()),
             medium: if self.is_clear {
                 MediumId::CLEAR
             } else {
-                let n = point.geometric_normal;
+                let n = place.point.geometric_normal;
                 self.scene
-                    .medium_beyond(hit.shape, n, branch.direction, flight.medium)
+                    .medium_beyond(place.hit.shape, n, branch.direction, flight.medium)
             },
             choices: flight.choices,
         }

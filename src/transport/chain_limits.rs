@@ -1,5 +1,5 @@
-//! Limits of chains in a scene: photons go on from smooth and rough interfaces, all others from smooth ones
-//! only.
+//! Limits of chains in a scene: photons go on from smooth and rough interfaces and from coats, all others
+//! from smooth interfaces only.
 
 use super::media;
 use crate::scene::{Boundary, Emitter, Material, MaterialId, Object, Scalar, Scene};
@@ -301,12 +301,15 @@ fn add_glasses(scene: &Scene, id: MaterialId, glasses: &mut Vec<MaterialId>) {
 /// They name rough interfaces, and smooth ones whose normals a texture turns. These receive and block light,
 /// but light that they reflect and refract is left out.
 pub fn left_out(scene: &Scene) -> Vec<String> {
-    let reason = "rough interfaces and turned normals are no part of specular chains";
-    left_out_where(scene, Material::is_rough_interface, reason)
+    let reason = "rough interfaces, coats and turned normals are no part of specular chains";
+    let is_one = |it: &Material, all: &[Material]| {
+        it.is_rough_interface(all) || it.holds(all, &Material::is_coat)
+    };
+    left_out_where(scene, is_one, reason)
 }
 
-/// The same for photons, which go on from rough interfaces, but neither where a texture turns the normal, nor
-/// from `principled`, nor from a rough part of a blend.
+/// The same for photons, which go on from rough interfaces and coats, but neither where a texture turns the
+/// normal, nor from `principled`, nor from a rough part or a coat of a blend.
 pub fn left_out_by_photons(scene: &Scene) -> Vec<String> {
     let reason = "photons do not go on where a texture turns the normal";
     let mut warnings = left_out_where(scene, Material::is_turned_interface, reason);
@@ -316,16 +319,30 @@ pub fn left_out_by_photons(scene: &Scene) -> Vec<String> {
         Material::is_principled_interface,
         reason,
     ));
-    let reason = "photons do not go on from the rough parts of a blendbsdf, but from its conductor, dielectric and \
-                  thindielectric";
-    warnings.extend(left_out_where(scene, Material::is_blended_gloss, reason));
+    let reason = "photons do not go on from the rough parts and coats of a blendbsdf, but from its conductor, \
+                  dielectric and thindielectric";
+    let is_one =
+        |it: &Material, all: &[Material]| it.is_blended_gloss(all) || it.is_blended_coat(all);
+    warnings.extend(left_out_where(scene, is_one, reason));
     warnings
 }
 
 /// The first shape with a rough interface, in words; `None` if there is none.
 pub fn first_rough(scene: &Scene) -> Option<String> {
-    let is_glossy = |object: &&Object| scene.material(object.material).is_glossy(scene.materials());
-    let object = scene.objects().iter().find(is_glossy)?;
+    first(scene, |it| it.is_glossy(scene.materials()))
+}
+
+/// The first shape with a coat that photons go on from, in words; `None` if there is none.
+pub fn first_coat(scene: &Scene) -> Option<String> {
+    let all = scene.materials();
+    first(scene, |it| {
+        it.has_smooth_coat(all) || it.has_rough_coat(all)
+    })
+}
+
+fn first(scene: &Scene, is_one: impl Fn(&Material) -> bool) -> Option<String> {
+    let mut objects = scene.objects().iter();
+    let object = objects.find(|object| is_one(scene.material(object.material)))?;
     Some(named(scene, object))
 }
 

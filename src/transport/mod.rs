@@ -26,6 +26,7 @@ pub mod facets;
 pub mod first_surface;
 pub mod fixed_signature;
 pub mod flux;
+pub mod followed;
 pub mod glossy;
 pub mod ledger;
 pub mod lights;

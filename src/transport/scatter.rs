@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::flux::Flux;
+use super::followed::Followed;
 use super::signature::Event;
 use crate::geometry::SurfacePoint;
 use crate::optics::{
@@ -95,6 +96,10 @@ pub struct Interaction<'a> {
     shares: [f64; 3],
     /// The share that meets a rough interface; no way leads on from it.
     rough: f64,
+    /// The share that a smooth coat over a matt base mirrors.
+    coat: f64,
+    /// The share that meets a rough coat.
+    rough_coat: f64,
     /// Of a blend, its parts' shares with their tints, by [`Way`].
     blended: Option<[Rgb; 3]>,
 }
@@ -133,6 +138,8 @@ impl<'a> Interaction<'a> {
             eta: 1.0,
             shares: [0.0; 3],
             rough: 0.0,
+            coat: 0.0,
+            rough_coat: 0.0,
             blended: None,
         };
         match material {
@@ -298,10 +305,15 @@ impl<'a> Interaction<'a> {
             // They have no ways, but a direction may be drawn.
             Material::RoughDielectric { .. } => self.rough = weight,
             Material::RoughConductor { .. } => self.rough = if front { weight } else { 0.0 },
+            Material::Plastic(coat) => {
+                if front && self.face() {
+                    let eta = coat.interior_ior / coat.exterior_ior;
+                    self.coat = weight * dielectric_reflectance(self.cos_incident(), eta);
+                }
+            }
+            Material::RoughPlastic { .. } => self.rough_coat = if front { weight } else { 0.0 },
             // Interfaces whose normals a texture turns end chains.
             Material::Diffuse { .. }
-            | Material::Plastic(_)
-            | Material::RoughPlastic { .. }
             | Material::Principled(_)
             | Material::PrincipledThin(_)
             | Material::Turned { .. }
@@ -341,17 +353,36 @@ impl<'a> Interaction<'a> {
         self.shares[way as usize]
     }
 
+    /// Lets light go on from what is followed beside mirrors and glass.
+    #[inline]
+    pub fn follow(&mut self, followed: Followed) {
+        if followed >= Followed::Rough {
+            self.shares[Way::Reflected as usize] += self.coat;
+        } else {
+            self.rough = 0.0;
+        }
+        if followed < Followed::All {
+            self.rough_coat = 0.0;
+        }
+    }
+
     /// True if no light goes on along any way.
     #[inline]
     pub fn is_end(&self) -> bool {
         self.shares == [0.0; 3]
     }
 
-    /// The share (0..=1) of the arriving flux that meets a rough interface: see
+    /// The share (0..=1) of the arriving flux that meets a rough interface or coat: see
     /// [`glossy`](super::glossy).
     #[inline]
     pub fn rough_share(&self) -> f64 {
-        self.rough
+        self.rough + self.rough_coat
+    }
+
+    /// True if it meets a coat: what that does not reflect ends at the base, as light at any matt surface.
+    #[inline]
+    pub fn is_coated(&self) -> bool {
+        self.coat > 0.0 || self.rough_coat > 0.0
     }
 
     /// The way into whose share `choice`, uniform in [0, 1), falls; `None` for absorption.
@@ -437,6 +468,9 @@ impl<'a> Interaction<'a> {
                     ..
                 },
             ) => Flux::of(value_of(filter)),
+            (Way::Reflected, Material::Plastic(coat)) => {
+                Flux::of(value_of(&coat.specular_reflectance))
+            }
             _ => self.metallic_tint(value_of),
         }
     }
@@ -507,6 +541,9 @@ impl<'a> Interaction<'a> {
 fn is_coat(material: &Material) -> bool {
     matches!(
         material,
-        Material::Conductor { .. } | Material::RoughConductor { .. }
+        Material::Conductor { .. }
+            | Material::RoughConductor { .. }
+            | Material::Plastic(_)
+            | Material::RoughPlastic { .. }
     )
 }

@@ -9,6 +9,7 @@ use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::scene::{Emitter, Scene};
 use nephroid::internals::transport::chain::{Arrival, ChainSettings, ChainSink, ChainTracer};
 use nephroid::internals::transport::flux::Flux;
+use nephroid::internals::transport::followed::Followed;
 use nephroid::internals::transport::ledger::Fate;
 use nephroid::internals::transport::scatter::ShadingNormals;
 use nephroid::internals::transport::signature::Signature;
@@ -356,7 +357,7 @@ fn what_is_reflected_and_what_is_transmitted_is_all_to_8_u() {
             max_depth: 1,
             split_depth: 1,
             shading_normals: ShadingNormals::Flux,
-            follows_rough: true,
+            followed: Followed::All,
         };
         let mut tracer = ChainTracer::<1>::new(&scene, settings);
         for (cos, _) in grazing().into_iter().chain(ordinary()).chain(critical()) {

@@ -231,7 +231,7 @@ fn an_irradiancemeters_map_is_what_mitsubas_camera_sees_of_the_floor() {
         let ours = one_scattering(&scene, meter, ShadingNormals::Adjoint);
         outcomes.push(outcome(&name, &ours, &mitsuba, meter.film.filter.radius()));
     }
-    assert_eq!(outcomes.len(), 7);
+    assert_eq!(outcomes.len(), 9);
     assert_equivalent(&outcomes);
     // Rough glass and metal spread light, so that texels have enough of it.
     outcomes.retain(|it| it.name.starts_with("rough-"));

@@ -375,6 +375,51 @@ fn light_of_rough_interfaces_is_measured_once() {
     }
 }
 
+#[test]
+fn light_of_coats_is_measured_once() {
+    // A smooth coat mirrors as S; a rough one and its base are one D, which is for paths. Of an index of 3 a coat
+    // mirrors a quarter of most light: what is counted twice is seen.
+    let ball = |center: &str, radius: f64, bsdf: &str| {
+        format!(
+            "<shape type=\"sphere\"><point name=\"center\" value=\"{center}\"/>\
+             <float name=\"radius\" value=\"{radius}\"/>{bsdf}</shape>"
+        )
+    };
+    let coat = |plugin: &str| {
+        format!(
+            "<bsdf type=\"{plugin}\"><float name=\"int_ior\" value=\"3\"/><float name=\"ext_ior\" value=\"1\"/>\
+             <rgb name=\"diffuse_reflectance\" value=\"0.2, 0.3, 0.1\"/></bsdf>"
+        )
+    };
+    // With a mirror caustics are for maps. It is small and far: nearly all of this one is the coats'.
+    let things = [
+        ball("-0.5, 0, -0.4", 0.5, &coat("plastic")),
+        ball("0.2, 1.1, -0.4", 0.5, &coat("roughplastic")),
+        ball("2.5, 2.5, -0.9", 0.1, "<bsdf type=\"conductor\"/>"),
+        LAMP.to_owned(),
+    ];
+    let things = things.each_ref().map(String::as_str);
+    let scene = room(&film(16, 12, BOX), FLOOR, &things);
+    let (found, report) = full(&scene, with_small_maps(), &budget(2048, 1 << 24));
+    let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
+    assert_eq!(
+        methods,
+        [Finder::PhotonMap, Finder::PhotonMap, Finder::Path]
+    );
+    assert!(report.notices.is_empty(), "{:?}", report.notices);
+    let settings = PathSettings {
+        seed: 1,
+        ..PathSettings::default()
+    };
+    let truth = image(&scene, settings, 1 << 13);
+    let layer = |image, of| class(image, of).unwrap();
+    let caustic = PathClass::Caustic;
+    assert_mapped(layer(&found, caustic), &report, layer(&truth, caustic));
+    for one in [PathClass::Direct, PathClass::Indirect] {
+        assert_same(one.name(), layer(&found, one), layer(&truth, one));
+    }
+}
+
 /// A ball of two materials in shares of 0.4 and 0.6.
 fn blended(center: &str, radius: f64, first: &str, second: &str) -> String {
     format!(
@@ -432,6 +477,9 @@ fn light_of_blends_is_measured_once() {
 fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
     use Finder::{Beams, Path, PhotonMap, Photons};
     let plastic = "<bsdf type=\"plastic\"/>";
+    let rough_plastic = "<bsdf type=\"roughplastic\"/>";
+    let mixed = "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/><bsdf type=\"plastic\"/>\
+        <bsdf type=\"diffuse\"/></bsdf>";
     let textured =
         "<bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\"/></bsdf>";
     let height = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mitsuba/height.png");
@@ -440,6 +488,8 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
          <boolean name=\"raw\" value=\"true\"/><string name=\"filename\" value=\"{height}\"/></texture>\
          <bsdf type=\"dielectric\"/></bsdf></shape>"
     );
+    let turned = bumpy.replace("dielectric", "plastic");
+    let turned = turned.replace("\"cube\"", "\"disk\"");
     let mirror = blended("0.6, 0.3, -0.5", 0.4, MATT, "<bsdf type=\"conductor\"/>");
     let gloss = "<bsdf type=\"roughconductor\"/>";
     let gloss = blended("0.6, 0.3, -0.5", 0.4, MATT, gloss);
@@ -506,14 +556,32 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
                 "caustic-indirect",
             ],
         ),
-        (plastic, &[BALL, LAMP], Path, Path, &["\"floor\" (plastic)"]),
+        (plastic, &[BALL, LAMP], PhotonMap, PhotonMap, &[]),
         (
             plastic,
             &[BALL, POINT],
             PhotonMap,
             PhotonMap,
-            &["\"floor\" (plastic)", "caustic-indirect"],
+            &["caustic-indirect"],
         ),
+        (
+            plastic,
+            &[LAMP],
+            Path,
+            Path,
+            &["coats (of shape \"floor\")"],
+        ),
+        (
+            plastic,
+            &[POINT],
+            PhotonMap,
+            PhotonMap,
+            &["caustic-indirect"],
+        ),
+        (rough_plastic, &[BALL, LAMP], PhotonMap, PhotonMap, &[]),
+        (rough_plastic, &[POINT], Path, Path, &[]),
+        (FLOOR, &[BALL, &turned, LAMP], Path, Path, &["(bumpmap)"]),
+        (mixed, &[BALL, LAMP], Path, Path, &["\"floor\" (blendbsdf)"]),
         (FLOOR, &[&bumpy, LAMP], Path, Path, &["(bumpmap)"]),
         (
             FLOOR,

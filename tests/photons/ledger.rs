@@ -11,6 +11,7 @@ use nephroid::internals::reference::photons::run::Setup;
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::Progress;
 use nephroid::internals::transport::chain::ChainSettings;
+use nephroid::internals::transport::followed::Followed;
 use nephroid::internals::transport::scatter::ShadingNormals;
 
 use crate::support::bundled_file;
@@ -48,7 +49,7 @@ fn the_ledger_closes_on_every_scene_with_every_setting() {
                     max_depth,
                     split_depth,
                     shading_normals,
-                    follows_rough: true,
+                    followed: Followed::All,
                 },
                 ..PhotonSettings::default()
             };

@@ -11,6 +11,7 @@ mod bounds;
 mod closed_form_monte_carlo;
 mod closed_form_scenes;
 mod closed_forms;
+mod coats;
 mod determinism;
 mod dispersion;
 mod environments;

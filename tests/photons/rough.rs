@@ -24,7 +24,7 @@ const ALBEDO: f64 = 0.5;
 
 /// The floor, 2 m wide each way, with a meter, and a camera that looks straight down from just below the
 /// ball: each pixel sees one texel of the meter.
-fn floor() -> String {
+pub fn floor() -> String {
     let film = paths::film(SIDE, SIDE, paths::BOX);
     format!(
         "<shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"2\" y=\"2\"/></transform>\
@@ -41,17 +41,17 @@ fn sensor<'a>(scene: &'a Scene, plugin: &str) -> &'a Sensor {
     sensors.find(|sensor| sensor.plugin() == plugin).unwrap()
 }
 
-fn by_photons(scene: &Scene, settings: PhotonSettings, photons: u64) -> Estimate {
+pub fn by_photons(scene: &Scene, settings: PhotonSettings, photons: u64) -> Estimate {
     let (budget, progress) = (Budget::work(photons), Progress::default());
     let meter = sensor(scene, "irradiancemeter");
     run(scene, meter, settings, &budget, &progress).unwrap()
 }
 
-fn by_paths(scene: &Scene, samples: u64) -> Estimate {
+fn by_paths(scene: &Scene, class: PathClass, samples: u64) -> Estimate {
     let (budget, progress) = (Budget::work(samples), Progress::default());
     let settings = PathSettings {
         rr_depth: 100,
-        classes: PathClasses::NONE.with(PathClass::Caustic),
+        classes: PathClasses::NONE.with(class),
         ..PathSettings::default()
     };
     let camera = sensor(scene, "orthographic");
@@ -73,7 +73,7 @@ pub fn ball(bsdf: &str) -> String {
 }
 
 /// A plate that stands beside the floor, and throws a lamp's light down to it.
-fn plate(bsdf: &str) -> String {
+pub fn plate(bsdf: &str) -> String {
     format!(
         "<shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"2\" y=\"2\"/>\
          <rotate y=\"1\" angle=\"80\"/><translate x=\"-2\" z=\"2.5\"/></transform>{bsdf}</shape>"
@@ -99,6 +99,11 @@ fn metal(alpha: f64, distribution: &str) -> String {
 /// Photons and paths of a scene beside each other: the irradiance of each texel. `most` is the largest joint
 /// bar of all texels together, relative to their light.
 pub fn assert_as_paths(name: &str, elements: &str, most: f64) {
+    assert_as_paths_of(PathClass::Caustic, name, elements, most);
+}
+
+/// The same, if camera paths count the light in another class.
+pub fn assert_as_paths_of(class: PathClass, name: &str, elements: &str, most: f64) {
     let scene = paths::scene(&format!("{elements}{}", floor()));
     // Rough glass keeps some light for long.
     let chains = ChainSettings {
@@ -111,14 +116,14 @@ pub fn assert_as_paths(name: &str, elements: &str, most: f64) {
         ..PhotonSettings::default()
     };
     let traced = by_photons(&scene, settings, 1 << 23);
-    let seen = by_paths(&scene, 1 << 16);
+    let seen = by_paths(&scene, class, 1 << 16);
     // All light but the direct one.
     let named = |name: LayerName, of: &Estimate| {
         let found = of.layers.iter().find(|layer| layer.name == name);
         found.unwrap().clone()
     };
     let traced = named(LayerName::Other, &traced);
-    let seen = named(LayerName::Class(PathClass::Caustic), &seen);
+    let seen = named(LayerName::Class(class), &seen);
     let (side, texels) = (SIDE as usize, (SIDE * SIDE) as usize);
     let channels = if is_achromatic(&scene) { 1 } else { 3 };
     let count = (channels * texels) as f64;
@@ -213,7 +218,7 @@ fn shadowing(distribution: &str, alpha: f64, v: DVec3) -> f64 {
 }
 
 /// Fresnel's reflectance, for cosine and `eta` = n_transmitted / n_incident.
-fn fresnel(cos: f64, eta: f64) -> f64 {
+pub fn fresnel(cos: f64, eta: f64) -> f64 {
     let sin_squared = (1.0 - cos * cos) / (eta * eta);
     if sin_squared >= 1.0 {
         return 1.0;

@@ -26,6 +26,7 @@ use crate::run::Error;
 use crate::scene::{Scene, is_achromatic};
 use crate::transport::chain::ChainSettings;
 use crate::transport::first_surface::Source;
+use crate::transport::followed::Followed;
 use crate::transport::scatter::ShadingNormals;
 
 /// Events up to which photons follow every way.
@@ -144,7 +145,7 @@ impl Lit<'_> {
                 max_depth: settings.max_depth,
                 split_depth: SPLIT_DEPTH,
                 shading_normals: ShadingNormals::Flux,
-                follows_rough: false,
+                followed: Followed::Smooth,
             },
             stream,
             total: photons.end - photons.start,

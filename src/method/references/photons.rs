@@ -44,7 +44,7 @@ pub(crate) fn settings(values: &Values, default: PhotonSettings) -> PhotonSettin
             shading_normals: values
                 .word("shading-normals")
                 .unwrap_or(chains.shading_normals),
-            follows_rough: chains.follows_rough,
+            followed: chains.followed,
         },
         max_layers: values.whole("layers").unwrap_or(default.max_layers),
         direct_samples: values

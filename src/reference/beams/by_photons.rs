@@ -29,6 +29,7 @@ use crate::reference::target::LitTexels;
 use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::transport::chain::ChainSettings;
+use crate::transport::followed::Followed;
 use crate::transport::signature::Signature;
 
 /// Part of the error asked for that is left to beams, if photons measure some of the light.
@@ -89,7 +90,7 @@ impl<'a> ByPhotons<'a> {
             chains: ChainSettings {
                 max_depth: settings.max_depth,
                 shading_normals: settings.shading_normals,
-                follows_rough: false,
+                followed: Followed::Smooth,
                 ..ChainSettings::default()
             },
             max_layers: 0,

@@ -60,11 +60,15 @@ impl Plan {
             finders: [Finder::Path; PathClass::ALL.len()],
             notices: Vec::new(),
         };
-        let is_delta = |object: &Object| {
-            let material = scene.material(object.material);
-            material.is_specular(scene.materials()) || is_unfollowed(scene, object.material)
+        let all = scene.materials();
+        let is_interface = |object: &Object| {
+            scene.material(object.material).is_specular(all)
+                || is_unfollowed(scene, object.material)
         };
-        let has_delta_events = scene.objects().iter().any(is_delta);
+        let is_coat = |object: &&Object| scene.material(object.material).has_smooth_coat(all);
+        let has_interfaces = scene.objects().iter().any(is_interface);
+        let coat = scene.objects().iter().find(is_coat);
+        let has_delta_events = has_interfaces || coat.is_some();
         let has_caustics = has_delta_events || first_rough(scene).is_some();
         // Light that shines on a surface and is scattered to the camera has two legs: a mirror before makes
         // three.
@@ -72,10 +76,17 @@ impl Plan {
         if is_too_short || !has_caustics {
             return Ok(plan);
         }
-        let reason = Self::why_paths(scene, path);
+        let mut reason = Self::why_paths(scene, path);
         let unfollowed = unfollowed(scene);
         let has_delta = |emitter: &Emitter| emitter.is_delta() && !emitter.strength().is_black();
         let has_delta = scene.emitters().iter().any(has_delta);
+        if let Some(coat) = coat.filter(|_| !has_interfaces && !has_delta) {
+            // Lamps that paths meet are large enough for a few percent of their light.
+            reason.get_or_insert_with(|| {
+                let id = &coat.id;
+                format!("nothing mirrors without blur but coats (of shape \"{id}\")")
+            });
+        }
         if let Some(reason) = reason.or_else(|| unfollowed.clone().filter(|_| !has_delta)) {
             let lost = if has_delta {
                 ", and those of lights that are a point or a direction never"
@@ -191,15 +202,17 @@ fn unfollowed(scene: &Scene) -> Option<String> {
     ))
 }
 
-/// Smooth coats over a matt base, and smooth interfaces whose normals a texture turns.
+/// Smooth interfaces whose normals a texture turns, with smooth coats over a matt base, and such coats in a
+/// blend.
 fn is_unfollowed(scene: &Scene, id: MaterialId) -> bool {
-    let material = scene.material(id);
+    let (material, all) = (scene.material(id), scene.materials());
+    let below = |test: &dyn Fn(&Material) -> bool| {
+        let mut nested = material.nested();
+        nested.any(|id| test(scene.material(id)) || is_unfollowed(scene, id))
+    };
     match material {
-        Material::Plastic(_) => true,
-        Material::Turned { nested, .. } => {
-            let is_specular = scene.material(*nested).is_specular(scene.materials());
-            is_specular || is_unfollowed(scene, *nested)
-        }
-        _ => material.nested().any(|id| is_unfollowed(scene, id)),
+        Material::Turned { .. } => below(&|it| it.is_specular(all) || it.has_smooth_coat(all)),
+        Material::Blend { .. } => below(&|it| it.has_smooth_coat(all)),
+        _ => below(&|_| false),
     }
 }

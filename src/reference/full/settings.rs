@@ -7,6 +7,7 @@ use crate::reference::path::PathSettings;
 use crate::reference::photon_map::{PhotonMapSettings, Seen};
 use crate::reference::photons::PhotonSettings;
 use crate::run::Budget;
+use crate::transport::followed::Followed;
 use crate::transport::path_class::PathClass;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::signature::MAX_EVENTS;
@@ -46,9 +47,9 @@ impl Default for FullSettings {
 const SEED_STEP: u64 = 1 << 62;
 
 impl FullSettings {
-    /// The same with what one image asks of all: the depth and the seed of its paths, and shading normals
-    /// that do to flux what paths from a camera do to radiance. Layers are classes, so that none is given to
-    /// signatures.
+    /// The same with what one image asks of all: the depth and the seed of its paths, shading normals that do
+    /// to flux what paths from a camera do to radiance, and rough coats left to these paths. Layers are
+    /// classes, so that none is given to signatures.
     #[must_use]
     pub fn agreeing(mut self) -> Self {
         let seed = |step: u64| self.path.seed.wrapping_add(step.wrapping_mul(SEED_STEP));
@@ -61,6 +62,7 @@ impl FullSettings {
             photons.seed = seed;
             photons.max_layers = 0;
             photons.chains.shading_normals = ShadingNormals::Adjoint;
+            photons.chains.followed = Followed::Rough;
             if let Some(depth) = depth {
                 photons.chains.max_depth = depth.min(MAX_EVENTS as u32);
             }

@@ -93,7 +93,7 @@ impl<'a> Setup<'a> {
             Camera::of_sensor(it)?.within(scene, it)
         })?;
         check_colors(scene)?;
-        let light = LightSpace::aimed(scene, settings.photons.chains.follows_rough)?;
+        let light = LightSpace::aimed(scene, settings.photons.chains.followed)?;
         check_flux(&light)?;
         let mut setup = Self {
             scene,

@@ -55,7 +55,7 @@ impl<'a> Setup<'a> {
         check(&settings)?;
         let normals = settings.chains.shading_normals;
         let target = Target::new(scene, sensor, normals, Camera::connectable)?;
-        let light = LightSpace::aimed(scene, settings.chains.follows_rough)?;
+        let light = LightSpace::aimed(scene, settings.chains.followed)?;
         check_flux(&light)?;
         let mut setup = Self {
             scene,

@@ -42,6 +42,16 @@ impl<'a> Bsdf<'a> {
         layers.one().is_some_and(is_met)
     }
 
+    /// The same with black bases below its rough coats: what their facets reflect, alone.
+    #[must_use]
+    pub fn without_bases(mut self) -> Self {
+        self.front.remove_bases();
+        if let Some(back) = &mut self.back {
+            back.remove_bases();
+        }
+        self
+    }
+
     /// The share (0..=1) of light that goes straight on without an event: all of it at a null surface, one
     /// minus the opacity at a mask. The panes of `thindielectric` do not count: they are an interface.
     #[inline]

@@ -52,6 +52,19 @@ impl<'a> LayerList<'a> {
         self.all().iter().all(|layer| layer.lobe.is_delta())
     }
 
+    /// Makes the bases below rough coats black.
+    pub fn remove_bases(&mut self) {
+        let layers = match self {
+            Self::One(layer) => std::slice::from_mut(layer),
+            Self::Blend(layers) => layers,
+        };
+        for layer in layers {
+            if let Lobe::RoughPlastic(plastic) = &mut layer.lobe {
+                plastic.base.diffuse_reflectance = Rgb::BLACK;
+            }
+        }
+    }
+
     /// The layer in whose share a number in [0, 1) lies, and the place in that share, in [0, 1).
     pub fn choose(&self, choice: f64) -> (&BsdfLayer<'a>, f64) {
         /// The largest number below 1.

@@ -12,14 +12,18 @@ use super::surface::{LightPart, LightSurface};
 use super::textured::TexturedPart;
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, MAX_SHINING_TRIANGLES, Scene, ShapeId};
+use crate::scene::{Emitter, MAX_SHINING_TRIANGLES, Material, Scene, ShapeId};
 use crate::transport::chain_limits::{self, NotFollowed};
+use crate::transport::followed::Followed;
 
 /// Number of cells at which division ends.
 ///
 /// The cells then follow the outline of the specular geometry (about 5 % of a ball's cells are at its rim). A
 /// cell's rays also stay together.
 const ENOUGH_CELLS: usize = 2048;
+
+/// Share of samples of light that meets coats only, for its flux: they reflect 4 % of most of it.
+const SHARE_OF_COATS: f64 = 1.0 / 16.0;
 
 /// Largest number of divisions: a patch 2⁻³⁹ wide still holds thousands of `f64` places.
 const MAX_LEVEL: u32 = 40;
@@ -85,18 +89,19 @@ impl LightSpace {
     ///
     /// If the shape of an area light is not modelled, or chains cannot be followed in the scene.
     pub fn new(scene: &Scene) -> Result<Self, LightSpaceError> {
-        Self::aimed(scene, false)
+        Self::aimed(scene, Followed::Smooth)
     }
 
-    /// The part of the scene's light that may meet geometry from which chains go on: specular, and with
-    /// `follows_rough` also rough interfaces.
+    /// The part of the scene's light that may meet geometry from which chains go on. Cells from which it
+    /// meets nothing but coats have a [smaller share](SHARE_OF_COATS) of samples.
     ///
     /// # Errors
     ///
     /// As [`Self::new`].
-    pub fn aimed(scene: &Scene, follows_rough: bool) -> Result<Self, LightSpaceError> {
+    pub fn aimed(scene: &Scene, followed: Followed) -> Result<Self, LightSpaceError> {
         chain_limits::check(scene)?;
-        let targets = Targets::new(scene, follows_rough);
+        let holds = |material: &Material| followed.holds(material, scene.materials());
+        let targets = Targets::new(scene, holds);
         let mut charts = Vec::new();
         let mut emitters = Vec::new();
         for (index, emitter) in scene.emitters().iter().enumerate() {
@@ -139,11 +144,15 @@ impl LightSpace {
         }
         let (cells, bounds) = targets.by_share(&charts, cells);
         let flux_bound: Rgb = bounds.iter().copied().sum();
-        let total: f64 = bounds.iter().map(|flux| flux.mean()).sum();
+        let mut weights: Vec<f64> = bounds.iter().map(|flux| flux.mean()).collect();
+        if scene.materials().iter().any(Material::is_coat) {
+            targets.weigh_coats(&charts, &cells, followed, &mut weights);
+        }
+        let total: f64 = weights.iter().sum();
         let mut cumulative = vec![0.0];
         let mut sum = 0.0;
-        for flux in &bounds {
-            sum += flux.mean();
+        for weight in &weights {
+            sum += weight;
             cumulative.push(sum / total);
         }
         Ok(Self {
@@ -261,7 +270,8 @@ struct Targets<'a> {
 }
 
 impl<'a> Targets<'a> {
-    fn new(scene: &'a Scene, follows_rough: bool) -> Self {
+    /// The shapes with a material for which `holds` is true.
+    fn new(scene: &'a Scene, holds: impl Fn(&Material) -> bool) -> Self {
         let mut targets = Self {
             scene,
             specular: Vec::new(),
@@ -270,9 +280,7 @@ impl<'a> Targets<'a> {
             bounds: Bounds::EMPTY,
         };
         for (index, shape) in scene.world().shapes().iter().enumerate() {
-            let material = scene.material_of(index as u32);
-            let specular = material.is_specular(scene.materials())
-                || follows_rough && material.is_glossy(scene.materials());
+            let specular = holds(scene.material_of(index as u32));
             let mut in_tree = false;
             if specular {
                 targets.bounds = targets.bounds.union(shape.bounds());
@@ -352,6 +360,24 @@ impl<'a> Targets<'a> {
         // A patch beside a bright texel may turn out to be black.
         all.retain(|(_, flux)| !flux.is_black());
         all.into_iter().unzip()
+    }
+
+    /// Scales the weights of cells whose light meets coats only, if there are others.
+    fn weigh_coats(
+        &self,
+        charts: &[LightChart],
+        cells: &[LightCell],
+        followed: Followed,
+        weights: &mut [f64],
+    ) {
+        let scene = self.scene;
+        let bare = Targets::new(scene, |it| followed.holds_bare(it, scene.materials()));
+        let scale = |(weight, cell): (&mut f64, &LightCell)| {
+            if !bare.may_be_met(charts, cell) {
+                *weight *= SHARE_OF_COATS;
+            }
+        };
+        weights.par_iter_mut().zip(cells).for_each(scale);
     }
 
     fn may_be_met(&self, charts: &[LightChart], cell: &LightCell) -> bool {

@@ -25,7 +25,9 @@ fn beams_leave_light_of_rough_glass_out_with_a_warning_and_a_varying_mask_is_ref
         let said = text(&output.stdout) + &text(&output.stderr);
         assert!(output.status.success(), "{said}");
         assert_eq!(
-            said.contains("light by way of frosted (roughdielectric) is left out"),
+            said.contains(
+                "light by way of frosted (roughdielectric), floor (roughplastic) is left out"
+            ),
             method == "beams",
             "{said}"
         );

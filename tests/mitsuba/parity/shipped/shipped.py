@@ -9,7 +9,7 @@ Variant scalar_rgb. Four kinds of images, each with its standard error over seed
 - ptracer-NAME.exr: the same by `ptracer`, 16 x 12 pixels;
 - the same of the scenes here, whose XML this script writes;
 - floor-NAME.exr: what a pinhole camera just over the receiver sees of it, by `ptracer`, 32 x 32 pixels, one for each texel. It
-  sees nothing of rough glass or metal, which cannot be dimmed.
+  sees nothing of rough glass, metal and coats, which cannot be dimmed.
 
 For `ptracer` lamps are hidden, every diffuse reflectance is divided by DIMMING and the image multiplied by it: what is left is
 light that one matt surface scatters, L S* D E, and a part 1/DIMMING of what two scatter.
@@ -32,6 +32,7 @@ DIMMING = 65536.0
 # Photons a seed. More where emitters shine all round and few photons meet anything.
 PHOTONS = 1 << 18
 MORE_PHOTONS = {"glass-ball": 8, "glass-ball-mesh": 8, "floor-glass-ball": 8, "mirror-ring": 4, "pebble": 4, "lamp-in-glass": 2, "floor-water": 4, "floor-rough-plate": 8,
+                "floor-coat": 16, "floor-rough-coat": 16,
                 "floor-lamps-along-normals": 6, "floor-lamps-textured": 8}
 SAMPLES = 64
 # Light by way of the ball is found by chance; the lens leaves little light that paths find at all. One matt surface lights others in the box.
@@ -42,6 +43,7 @@ SHIPPED = ["coffee-cup", "cornell-caustics", "cornell-glass", "cube", "diamond",
 # Of the pinhole: its place, and how far it sees on either side.
 FLOORS = {"glass-ball": ([0, 0, 0.3], 2.0), "water": ([0, 0, 0.3], 0.9),
           "rough-ball": ([0, 0, 0.3], 1.0), "rough-pebble": ([0, 0, 0.3], 1.0), "rough-plate": ([0, 0, 0.3], 1.0),
+          "coat": ([0, 0, 0.3], 1.0), "rough-coat": ([0, 0, 0.3], 1.0),
           "lamps-along-normals": ([0, 0, 0.3], 1.0), "lamps-textured": ([0, 0, 0.3], 1.0)}
 
 
@@ -100,7 +102,8 @@ def own_scenes():
 
 
 def rough_scenes():
-    """A floor with a meter, and rough glass and metal over it: a ball, a mesh of smooth normals, and a brushed plate."""
+    """A floor with a meter, and rough glass and metal over it: a ball, a mesh of smooth normals, a brushed plate, and two
+    with coats."""
     film = scenes.film("$size", "$size")
     meter = f'<sensor type="irradiancemeter" id="floor"><sampler type="independent"/>{film}</sensor>'
     floor = scenes.shape("rectangle", scenes.bsdf("diffuse", scenes.rgb("reflectance", 0.8)), meter)
@@ -118,11 +121,18 @@ def rough_scenes():
     ball = scenes.shape("sphere", scenes.to_world('<scale value="0.5"/><translate x="0.1" z="1"/>'), glass(0.1, "ggx"))
     pebble = scenes.shape("ply", scenes.string("filename", "pebble.ply"),
                           scenes.to_world('<scale value="0.6"/><translate x="0.1" z="1"/>'), glass(0.25, "beckmann"))
-    plate = scenes.shape("rectangle", scenes.to_world('<scale x="0.5" y="0.4"/><rotate y="1" angle="98"/>'
-                                                      '<translate x="-1.15" z="0.9"/>'), copper)
+    coat = [scenes.rgb("diffuse_reflectance", 0.5), scenes.rgb("specular_reflectance", 1, 0.8, 0.6)]
+    gloss = scenes.bsdf("roughplastic", *coat, scenes.number("alpha", 0.15), scenes.string("distribution", "ggx"))
+
+    def plate(material):
+        return scenes.shape("rectangle", scenes.to_world('<scale x="0.5" y="0.4"/><rotate y="1" angle="98"/>'
+                                                         '<translate x="-1.15" z="0.9"/>'), material)
+
     for name, lamp, thing in [("rough-ball", spot("0.6, 0.2, 4", "0.1, 0, 1", 15), ball),
                               ("rough-pebble", spot("0.6, 0.2, 4", "0.1, 0, 1", 16), pebble),
-                              ("rough-plate", spot("1.2, 0.2, 3", "-1.15, 0, 0.9", 14), plate)]:
+                              ("rough-plate", spot("1.2, 0.2, 3", "-1.15, 0, 0.9", 14), plate(copper)),
+                              ("coat", spot("1.2, 0.2, 3", "-1.15, 0, 0.9", 14), plate(scenes.bsdf("plastic", *coat))),
+                              ("rough-coat", spot("1.2, 0.2, 3", "-1.15, 0, 0.9", 14), plate(gloss))]:
         default = '<default name="size" value="32"/>'
         yield name, f'<scene version="3.0.0">{default}{lamp}{floor}{thing}</scene>'
 
