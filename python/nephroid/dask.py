@@ -16,7 +16,7 @@ import queue
 import tempfile
 import time
 import uuid
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,6 +51,9 @@ _LOOK = 1.0
 #: so no more wait there.
 _AHEAD = 2
 
+#: How much more than is missing to an error its last round has, as the schedule of rounds takes it.
+_CAUTION = 1.2
+
 #: What each worker has one of, so that it makes one task at a time, on all of its threads.
 _RESOURCE = "nephroid"
 
@@ -80,7 +83,7 @@ class _Stopped(Exception):
 
 @dataclass(frozen=True)
 class _Task:
-    #: A hash of its contents; the call has the key that Dask knows it by.
+    #: Its own among those of a call, which makes it the key that Dask knows it by.
     name: str
     #: What is called with a scene and further arguments.
     function: Callable[..., Any]
@@ -103,6 +106,7 @@ def render(
     folder: str | os.PathLike[str] | None = None,
     tasks: int | None = None,
     filter: str | None = None,
+    overlap: bool = True,
     **settings: object,
 ) -> Film | None:
     """Fills a sensor by photons on the workers of a Dask cluster.
@@ -119,6 +123,9 @@ def render(
 
     ``progress`` is called about every 100 ms; if it returns False, tasks are stopped and the result is None. Ctrl-C stops
     them, too.
+
+    ``overlap=False`` leaves workers idle that have nothing more to do in a round of a run to an error. Else they begin the
+    next round, if the error so far forecasts that it is needed in full. If it is not, their work is thrown away.
 
     Raises what :func:`nephroid.render` raises, and ``distributed.KilledWorker`` if a task has lost several workers.
     """
@@ -137,26 +144,35 @@ def render(
         now = Progress(done, expected, "photons", gathering.relative_error, time.monotonic() - start)
         return progress is None or progress(now) is not False
 
+    def cut(round: tuple[int, int, int]) -> list[_Task]:
+        number, replicates, each = round
+        count = min(replicates, tasks or max(1, replicates * each // _TASK_PHOTONS))
+        name = f"nephroid-part-{number}-{each}"
+        return [_Task(f"{name}-{i}-of-{count}", _part, scene, (round, i, count, asked)) for i in range(1, count + 1)]
+
+    goal = _goal(error) if overlap else None
     with _Call(client, tell) as call:
         while not isinstance(found := gathering.next(), Film):
-            (_, replicates, each), key = found
-            count = min(replicates, tasks or max(1, replicates * each // _TASK_PHOTONS))
-            # Part i has every count-th replicate, from the i-th on.
-            work = {i: each * len(range(i, replicates + 1, count)) for i in range(1, count + 1)}
+            round, key = found
+            number, replicates, each = round
+            later = []
+            if _is_doubled(gathering.relative_error, goal, done, replicates * each, photons):
+                later = cut((number + 1, replicates, 2 * each))
             expected = done + replicates * each
-            names = {f"nephroid-part-{key[:32]}-{i}-of-{count}": i for i in work}
             todo = []
-            for name, i in names.items():
-                if kept is not None and _is_added(gathering, kept / f"{name}.shard", i, count):
-                    done += work[i]
+            for task in cut(round):
+                _, i, count, _ = task.arguments
+                if kept is not None and _is_added(gathering, kept / _kept_name(key, i, count), i, count):
+                    done += _photons(task)
                 else:
-                    todo.append(_Task(name, _part, scene, (found[0], i, count, asked)))
+                    todo.append(task)
             try:
-                for task, part in call.results(todo):
-                    gathering.add(part, names[task.name], count)
-                    done += work[names[task.name]]
+                for task, part in call.results(todo, later):
+                    _, i, count, _ = task.arguments
+                    gathering.add(part, i, count)
+                    done += _photons(task)
                     if kept is not None:
-                        _write(kept / f"{task.name}.shard", part)
+                        _write(kept / _kept_name(key, i, count), part)
             except _Stopped:
                 return None
     tell()
@@ -247,48 +263,85 @@ class _Call:
         if left and self._client.status == "running":
             self._client.cancel(left)
 
-    def results(self, tasks: Iterable[_Task]) -> Iterator[tuple[_Task, Any]]:
-        """Results of tasks as they come."""
-        waiting = deque(sorted(tasks, key=lambda task: -task.priority))
+    def results(self, tasks: Iterable[_Task], later: Iterable[_Task] = ()) -> Iterator[tuple[_Task, Any]]:
+        """Results of tasks as they come. Workers without a task begin those that may be wanted ``later``: by the next call,
+        which ends what it does not want of them."""
+        asked = {self._key(task): task for task in sorted(tasks, key=lambda task: -task.priority)}
+        self._drop([key for key in self._futures if key not in asked])
+        waiting = deque(task for key, task in asked.items() if key not in self._futures)
+        later = deque(later)
         if waiting and not self._is_checked:
             self._client = _checked(self._client)
             self._is_checked = True
         told: queue.SimpleQueue[Any] = queue.SimpleQueue()
         under_way: dict[str, _Task] = {}
+
+        def wait_for(task: _Task, future: Any) -> None:
+            under_way[future.key] = task
+            future.add_done_callback(lambda future: told.put(future.key))
+
+        for key, future in self._futures.items():
+            wait_for(asked[key], future)
         while waiting or under_way:
             if not self._tell():
                 raise _Stopped
-            while waiting and (worker := self._free()) is not None:
-                future = self._submit(waiting[0], worker)
-                under_way[future.key] = waiting.popleft()
+            if self._look():
+                # What a lost worker had needs a place elsewhere, at once.
+                later.clear()
+                self._drop([key for key in self._futures if key not in under_way])
+            while waiting and (worker := self._free(_AHEAD)) is not None:
+                task = waiting.popleft()
+                wait_for(task, self._submit(task, worker))
+            while later and not waiting and (worker := self._free(1)) is not None:
+                future = self._submit(later.popleft(), worker, is_later=True)
                 future.add_done_callback(lambda future: told.put(future.key))
             try:
                 key = told.get(timeout=_PERIOD)
             except queue.Empty:
                 continue
+            self._places.pop(key, None)
+            if key not in under_way:
+                # Its result stays where it is until it is wanted.
+                continue
             # If its worker is lost by now, it is made again meanwhile. One that failed is cancelled with the others.
             result = self._futures[key].result()
-            del self._futures[key], self._places[key]
+            del self._futures[key]
             yield under_way.pop(key), result
 
-    def _free(self) -> str | None:
-        """The worker that has least to do, if it has not enough."""
-        if time.monotonic() - self._looked > _LOOK:
-            self._workers = list(self._client.nthreads())
-            self._looked = time.monotonic()
-        busy = list(self._places.values())
-        worker = min(self._workers, key=busy.count, default=None)
-        return None if worker is None or busy.count(worker) >= _AHEAD else worker
+    def _drop(self, keys: Sequence[str]) -> None:
+        """Ends tasks that nobody wants any more."""
+        if keys:
+            self._client.cancel([self._futures.pop(key) for key in keys])
+        for key in keys:
+            self._places.pop(key, None)
 
-    def _submit(self, task: _Task, worker: str) -> Any:
-        key = f"{task.name}-{self._suffix}"
+    def _look(self) -> bool:
+        """Looks for workers that came or went. True if one that had a task is gone."""
+        if time.monotonic() - self._looked <= _LOOK:
+            return False
+        self._workers = list(self._client.nthreads())
+        self._looked = time.monotonic()
+        return not set(self._places.values()) <= set(self._workers)
+
+    def _free(self, most: int) -> str | None:
+        """The worker that has least to do, if it has fewer than so many tasks."""
+        # Counted once: workers times tasks are millions on a large cluster.
+        busy = Counter(self._places.values())
+        worker = min(self._workers, key=busy.__getitem__, default=None)
+        return None if worker is None or busy[worker] >= most else worker
+
+    def _key(self, task: _Task) -> str:
+        return f"{task.name}-{self._suffix}"
+
+    def _submit(self, task: _Task, worker: str, is_later: bool = False) -> Any:
+        key = self._key(task)
         self._futures[key] = self._client.submit(
             task.function,
             _nephroid.source_hash,
             self._scene(task.scene, worker),
             *task.arguments,
             key=key,
-            priority=task.priority,
+            priority=-1 if is_later else task.priority,
             resources={_RESOURCE: 1},
         )
         self._places[key] = worker
@@ -338,6 +391,34 @@ def _one_at_a_time() -> WorkerPlugin:
 
     plugin: WorkerPlugin = type("OneAtATime", (WorkerPlugin,), {"setup": setup})()
     return plugin
+
+
+def _photons(task: _Task) -> int:
+    """Those of a part: it has every count-th replicate, from its own on."""
+    (_, replicates, each), i, count, _ = task.arguments
+    return int(each) * len(range(i, replicates + 1, count))
+
+
+def _kept_name(key: str, index: int, count: int) -> str:
+    """A part's file, by the hash of what a round's parts are made from."""
+    return f"nephroid-part-{key[:32]}-{index}-of-{count}.shard"
+
+
+def _goal(error: float | str | None) -> float | None:
+    """An error as a number; None if it is none, or not one that this reads."""
+    try:
+        return float(error[:-1]) / 100.0 if isinstance(error, str) and error.endswith("%") else float(error or 0.0) or None
+    except ValueError:
+        return None
+
+
+def _is_doubled(error: float | None, goal: float | None, done: int, round: int, most: int | None) -> bool:
+    """True if a round of so many photons, after ``done``, is likely to be followed by one of twice as many.
+
+    Errors fall as one over the square root of photons, or faster. Whatever this says, the film has the same bits."""
+    if error is None or not goal or (most is not None and done + 3 * round > most):
+        return False
+    return _CAUTION * done * (error / goal) ** 2 - (done + round) > round
 
 
 def _keep(folder: Path, files: Mapping[str, bytes]) -> None:

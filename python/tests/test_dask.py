@@ -189,6 +189,96 @@ def test_a_run_goes_on_from_what_a_folder_keeps(client, tmp_path):
     assert_same(other, ne.render(scene, method="photons", error=0.02, seed=1))
 
 
+@pytest.fixture
+def begun_early(monkeypatch):
+    """The tasks that are begun before their round is wanted, and those of them that are ended."""
+    early, dropped = [], []
+    submit, drop = ne.dask._Call._submit, ne.dask._Call._drop
+
+    def submitted(call, task, worker, is_later=False):
+        if is_later:
+            early.append(task.name)
+        return submit(call, task, worker, is_later)
+
+    def drops(call, keys):
+        dropped.extend(keys)
+        drop(call, keys)
+
+    monkeypatch.setattr(ne.dask._Call, "_submit", submitted)
+    monkeypatch.setattr(ne.dask._Call, "_drop", drops)
+    return early, dropped
+
+
+def test_rounds_that_overlap_have_the_bits_of_rounds_that_do_not(client, tmp_path, begun_early):
+    scene = ne.load_file(GLASS, size=32)
+    # One task a round: the other worker has nothing to do.
+    run = {"error": 0.004, "tasks": 1, "client": client}
+    film = ne.dask.render(scene, folder=tmp_path / "overlap", **run)
+    early, dropped = begun_early
+    # The first rounds tell no forecast, and the last is not twice the one before.
+    assert 2 <= len(early) < len(list((tmp_path / "overlap").iterdir()))
+    assert len(dropped) <= 1
+    assert_same(film, ne.render(scene, method="photons", error=0.004))
+    early.clear()
+    assert_same(ne.dask.render(scene, folder=tmp_path / "apart", overlap=False, **run), film)
+    assert not early
+    names = [sorted(path.name for path in (tmp_path / of).iterdir()) for of in ("overlap", "apart")]
+    assert names[0] == names[1]
+    for name in names[0]:
+        assert (tmp_path / "overlap" / name).read_bytes() == (tmp_path / "apart" / name).read_bytes()
+
+
+@on_linux
+def test_a_round_that_was_begun_in_vain_leaves_nothing(client, monkeypatch, begun_early):
+    scene = ne.load_file(GLASS, size=32)
+    monkeypatch.setattr(ne.dask, "_is_doubled", lambda *_: True)
+    for error, tasks in ((0.02, 1), (0.03, 3), ("2%", 2)):
+        film = ne.dask.render(scene, error=error, tasks=tasks, client=client)
+        assert_same(film, ne.render(scene, method="photons", error=error))
+    # Also one that is no round of the run, as its last is smaller.
+    assert begun_early[0] and begun_early[1]
+    wait_for(lambda: not client.run_on_scheduler(_nephroid_keys), 5.0)
+    wait_for(lambda: not any(client.run(_is_working).values()), 3.0)
+
+
+@pytest.mark.parametrize("is_early", [False, True])
+def test_a_worker_that_is_killed_while_rounds_overlap_loses_nothing(client, monkeypatch, begun_early, is_early):
+    scene = ne.load_file(GLASS, size=32)
+    settings = {"error": 1e-9, "photons": 1 << 22, "seed": 5}
+    monkeypatch.setattr(ne.dask, "_is_doubled", lambda error, goal, done, round, most: done + 3 * round <= most)
+    killed = []
+
+    def progress(now):
+        if killed or now.done < 1 << 18 or not begun_early[0]:
+            return
+        pids = client.run(os.getpid)
+        name = begun_early[0][-1]
+        for worker, keys in client.processing().items():
+            has_early = any(str(key).startswith(name) for key in keys)
+            if keys and has_early == is_early:
+                killed.append(pids[worker])
+                os.kill(killed[0], signal.SIGKILL)
+                return
+
+    film = ne.dask.render(scene, client=client, tasks=1, progress=progress, **settings)
+    assert killed
+    assert_same(film, ne.render(scene, method="photons", **settings))
+    wait_for(lambda: not client.run_on_scheduler(_nephroid_keys), 5.0)
+
+
+def test_a_round_is_begun_early_if_the_error_so_far_says_so():
+    goal, is_doubled = ne.dask._goal, ne.dask._is_doubled
+    assert [goal(one) for one in (0.01, "1%", "0.01", None, "little")] == [0.01, 0.01, 0.01, None, None]
+    # 100 photons with 4 times the error, and 100 more: 1.2 * 16 * 100 in all are needed.
+    assert is_doubled(0.04, 0.01, 100, 100, None)
+    # With 2.5 times the square, 300 are needed: then 100 are missing after this round, which is no more than it has.
+    assert not is_doubled(0.01 * 2.49**0.5, 0.01, 100, 100, None)
+    assert is_doubled(0.01 * 2.51**0.5, 0.01, 100, 100, None)
+    assert not is_doubled(None, 0.01, 100, 100, None)
+    assert not is_doubled(0.04, None, 100, 100, None)
+    assert is_doubled(0.04, 0.01, 100, 100, 400) and not is_doubled(0.04, 0.01, 100, 100, 399)
+
+
 @on_linux
 def test_a_disk_that_is_full_ends_the_run_and_leaves_no_half_file(client, tmp_path):
     resource = pytest.importorskip("resource")
