@@ -230,8 +230,12 @@ impl Gathering {
     /// Adds part `index` of `count` of the round that `next` told, both from 1 on.
     fn add(&self, py: Python<'_>, part: PyBackedBytes, index: u32, count: u32) -> PyResult<()> {
         let shard = checked_shard(py, index, count)?;
-        let wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(wanted) = wanted.clone() else {
+        // The lock is not to be held on the way without the interpreter: another thread that adds waits with it.
+        let wanted = {
+            let wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
+            wanted.clone()
+        };
+        let Some(wanted) = wanted else {
             return Err(errors::plain(py, "the run needs no part"));
         };
         let added = py.detach(|| {

@@ -5,6 +5,8 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -49,6 +51,40 @@ def test_ctrl_c_is_a_keyboard_interrupt_within_a_second(method, settings):
         ne.render(scene, method=method, time=30, **settings)
     assert time.monotonic() - sent[0] < 1.0
     assert signal.getsignal(signal.SIGINT) is before
+
+
+_ADDING = """
+import threading
+import nephroid as ne
+from nephroid import _nephroid
+from nephroid._text import wish
+
+scene = ne.load_file({scene!r}, size=256)
+asked = wish(None, "photons", {{"photons": 4096}})
+gathering = _nephroid.Gathering(scene, asked)
+round, _ = gathering.next()
+count = 16
+parts = [_nephroid.part(scene, round, index, count, asked, None) for index in range(1, count + 1)]
+together = threading.Barrier(4)
+
+def add(first):
+    together.wait()
+    for index in range(first, count, 4):
+        gathering.add(parts[index], index + 1, count)
+
+threads = [threading.Thread(target=add, args=(first,)) for first in range(4)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+whole = ne.render(scene, method="photons", photons=4096)
+assert (gathering.next().value == whole.value).all()
+"""
+
+
+def test_threads_add_parts_of_a_round_at_a_time():
+    # In a process of its own: threads that wait for each other never end.
+    subprocess.run([sys.executable, "-c", _ADDING.format(scene=str(GLASS))], check=True, timeout=60)
 
 
 def test_other_threads_go_on_meanwhile():
