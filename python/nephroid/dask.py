@@ -144,28 +144,29 @@ def render(
         now = Progress(done, expected, "photons", gathering.relative_error, time.monotonic() - start)
         return progress is None or progress(now) is not False
 
-    def cut(round: tuple[int, int, int]) -> list[_Task]:
-        number, replicates, each = round
+    def cut(numbers: tuple[int, int, int]) -> list[_Task]:
+        number, replicates, each = numbers
         count = min(replicates, tasks or max(1, replicates * each // _TASK_PHOTONS))
         name = f"nephroid-part-{number}-{each}"
-        return [_Task(f"{name}-{i}-of-{count}", _part, scene, (round, i, count, asked)) for i in range(1, count + 1)]
+        return [_Task(f"{name}-{i}-of-{count}", _part, scene, (numbers, i, count, asked)) for i in range(1, count + 1)]
 
     goal = _goal(error) if overlap else None
     with _Call(client, tell) as call:
         while not isinstance(found := gathering.next(), Film):
-            round, key = found
-            number, replicates, each = round
-            later = []
-            if _is_doubled(gathering.relative_error, goal, done, replicates * each, photons):
-                later = cut((number + 1, replicates, 2 * each))
-            expected = done + replicates * each
+            numbers, key = found
+            number, replicates, each = numbers
+            before, expected = done, done + replicates * each
             todo = []
-            for task in cut(round):
+            for task in cut(numbers):
                 _, i, count, _ = task.arguments
                 if kept is not None and _is_added(gathering, kept / _kept_name(key, i, count), i, count):
                     done += _photons(task)
                 else:
                     todo.append(task)
+            # A run that goes on from a folder finds parts of later rounds there: none are made before their time.
+            is_new = done == before
+            is_doubled = _is_doubled(gathering.relative_error, goal, before, replicates * each, photons)
+            later = cut((number + 1, replicates, 2 * each)) if is_new and is_doubled else []
             try:
                 for task, part in call.results(todo, later):
                     _, i, count, _ = task.arguments
@@ -286,9 +287,9 @@ class _Call:
             if not self._tell():
                 raise _Stopped
             if self._look():
-                # What a lost worker had needs a place elsewhere, at once.
+                # What a lost worker had needs a place elsewhere, at once. What is done has its place.
                 later.clear()
-                self._drop([key for key in self._futures if key not in under_way])
+                self._drop([key for key in self._places if key not in under_way])
             while waiting and (worker := self._free(_AHEAD)) is not None:
                 task = waiting.popleft()
                 wait_for(task, self._submit(task, worker))
@@ -412,13 +413,13 @@ def _goal(error: float | str | None) -> float | None:
         return None
 
 
-def _is_doubled(error: float | None, goal: float | None, done: int, round: int, most: int | None) -> bool:
+def _is_doubled(error: float | None, goal: float | None, done: int, count: int, most: int | None) -> bool:
     """True if a round of so many photons, after ``done``, is likely to be followed by one of twice as many.
 
     Errors fall as one over the square root of photons, or faster. Whatever this says, the film has the same bits."""
-    if error is None or not goal or (most is not None and done + 3 * round > most):
+    if error is None or not goal or (isinstance(most, int) and done + 3 * count > most):
         return False
-    return _CAUTION * done * (error / goal) ** 2 - (done + round) > round
+    return _CAUTION * done * (error / goal) ** 2 - (done + count) > count
 
 
 def _keep(folder: Path, files: Mapping[str, bytes]) -> None:

@@ -75,9 +75,8 @@ pub(super) fn of_camera(
 /// The warning of caustics that paths from a camera cannot find.
 pub(super) fn out_of_reach(scene: &Scene) -> Option<String> {
     let has_specular = scene.objects().iter().any(|object| {
-        scene
-            .material(object.material)
-            .is_specular(scene.materials())
+        let material = scene.material(object.material);
+        material.has_delta(scene.materials())
     });
     let has_delta = scene.emitters().iter().any(Emitter::is_delta);
     (has_specular && has_delta).then(|| {

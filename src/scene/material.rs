@@ -326,6 +326,21 @@ impl Material {
         }
     }
 
+    /// True if some part of it mirrors or refracts without blur, in whatever wrapper: a coat, or with a
+    /// turned normal, too.
+    pub fn has_delta(&self, all: &[Self]) -> bool {
+        let is_one = |it: &Self| {
+            matches!(
+                it,
+                Self::Dielectric { .. }
+                    | Self::ThinDielectric { .. }
+                    | Self::Conductor { .. }
+                    | Self::Plastic(_)
+            )
+        };
+        self.holds(all, &is_one)
+    }
+
     /// True if light can leave it in many directions by a rough interface, looking through masks and
     /// two-sided wrappers: chains of photons go on there by lot. They end at the rough parts of blends (see
     /// [`Self::is_blended_gloss`]).

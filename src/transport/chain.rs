@@ -377,7 +377,9 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
 
     /// Follows one of the many directions of a rough interface, or passes the mask over it.
     ///
-    /// A coat reflects a few percent: while chains split that goes on, and later all of the flux, as often.
+    /// What a coat reflects is some percent. While chains split, these go on. Later the chain goes on as
+    /// often as that, with all of its flux.
+    ///
     /// Out of line: scenes without rough interfaces are not to pay for it.
     #[cold]
     #[inline(never)]
@@ -401,18 +403,19 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             sink.ended(flight.signature, place.lost, flight.flux);
             return None;
         };
-        let is_split = flight.signature.len() < self.settings.split_depth as usize;
-        if event.is_some() && interaction.is_coated() && !is_split {
-            let share = branch.tint.max_magnitude();
-            if share < 1.0 {
-                if number(3) >= share {
-                    sink.ended(flight.signature, place.lost, flight.flux);
-                    return None;
-                }
-                branch.tint = branch.tint * (1.0 / share);
+        let mut flux = flight.flux;
+        let share = branch.tint.max_magnitude();
+        if event.is_some() && interaction.is_coated() && share < 1.0 {
+            branch.tint = branch.tint * (1.0 / share);
+            if flight.signature.len() < self.settings.split_depth as usize {
+                sink.ended(flight.signature, place.lost, flux * (1.0 - share));
+                flux = flux * share;
+            } else if number(3) >= share {
+                sink.ended(flight.signature, place.lost, flux);
+                return None;
             }
         }
-        Some(self.leave(flight, flight.flux, &branch, event, place, sink))
+        Some(self.leave(flight, flux, &branch, event, place, sink))
     }
 
     /// Follows every way that light goes.
@@ -456,12 +459,19 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             let events = interaction.share_of(Way::Reflected)
                 + interaction.share_of(Way::Transmitted)
                 + interaction.rough_share();
-            let fate = if events > 0.0 {
-                Fate::CutOff
+            let (cut, fate) = if interaction.is_coated() {
+                // What a rough one would send on is not known: some percent.
+                (interaction.share_of(Way::Reflected), place.lost)
+            } else if events > 0.0 {
+                (1.0 - passed, Fate::CutOff)
             } else {
-                Fate::Absorbed
+                (0.0, Fate::Absorbed)
             };
-            sink.ended(flight.signature, fate, flight.flux * (1.0 - passed));
+            for (share, fate) in [(cut, Fate::CutOff), (1.0 - passed - cut, fate)] {
+                if share > 0.0 {
+                    sink.ended(flight.signature, fate, flight.flux * share);
+                }
+            }
         }
         if passed > 0.0 {
             let flux = flight.flux * passed;
@@ -503,7 +513,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
 
     /// `flux` of a flight on one branch from its place.
     ///
-    /// Flux that a tint takes ends. Flux that a tint adds is a gain by adjoint shading normals.
+    /// Flux that a tint takes is absorbed. Flux that a tint adds is a gain by adjoint shading normals.
     #[inline]
     fn leave(
         &self,
@@ -519,7 +529,7 @@ impl<'a, const N: usize> ChainTracer<'a, N> {
             if self.settings.shading_normals == ShadingNormals::Adjoint {
                 sink.gained(leaving - flux);
             } else {
-                sink.ended(flight.signature, place.lost, flux - leaving);
+                sink.ended(flight.signature, Fate::Absorbed, flux - leaving);
             }
         }
         Flight {

@@ -5,9 +5,9 @@ use crate::scene::Material;
 /// The surfaces from which chains go on: each level holds those before it.
 ///
 /// Coats lie over a matt base (`plastic`, `roughplastic`). At a smooth one light has one more direction, and
-/// camera paths cannot find it from a light that is a point. What a rough coat and its base scatter have one
-/// density: camera paths find both, and do not tell one from the other. So an image that camera paths and
-/// photons share leaves rough coats to the former.
+/// camera paths cannot find it from a light that is a point. A rough coat and its base share one density:
+/// camera paths find both, and do not tell one from the other. So an image that camera paths and photons
+/// share leaves rough coats to the former.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Followed {
     /// Mirrors and glass without blur.

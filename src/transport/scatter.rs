@@ -194,7 +194,11 @@ impl<'a> Interaction<'a> {
             self.blended = Some([Rgb::BLACK; 3]);
             self.blend(materials, material, (front, both_sides), weight);
         } else {
-            self.share(material, front || (both_sides && is_coat(material)), weight);
+            self.share(
+                material,
+                front || (both_sides && is_doubled(material)),
+                weight,
+            );
         }
         self.shares[Way::Passed as usize] += passed;
     }
@@ -237,7 +241,11 @@ impl<'a> Interaction<'a> {
                     blended: None,
                     ..*self
                 };
-                part.share(material, front || (both_sides && is_coat(material)), weight);
+                part.share(
+                    material,
+                    front || (both_sides && is_doubled(material)),
+                    weight,
+                );
                 self.add(&part);
             }
         }
@@ -360,6 +368,7 @@ impl<'a> Interaction<'a> {
             self.shares[Way::Reflected as usize] += self.coat;
         } else {
             self.rough = 0.0;
+            self.coat = 0.0;
         }
         if followed < Followed::All {
             self.rough_coat = 0.0;
@@ -538,7 +547,7 @@ impl<'a> Interaction<'a> {
 }
 
 /// True of what a two-sided material has on both of its sides.
-fn is_coat(material: &Material) -> bool {
+fn is_doubled(material: &Material) -> bool {
     matches!(
         material,
         Material::Conductor { .. }

@@ -132,6 +132,39 @@ fn chaotic_light_is_the_same_on_any_threads_and_another_with_another_seed() {
 }
 
 #[test]
+fn the_error_of_photons_that_is_said_is_that_between_seeds() {
+    let scene = bumps();
+    let runs = [0, 1, 2, 3];
+    let runs = runs.map(|seed| measured(&scene, &Budget::error(0.05), Chaotic::Photons, seed));
+    let mut direct = runs[0].0.layers.iter();
+    let direct = direct.find(|one| one.name.to_string() == "LD").unwrap();
+    let light =
+        |run: &Estimate, texel: usize| run.total.values[texel].0[0] - direct.values[texel].0[0];
+    let (mut all, mut lit, mut squares) = (0.0, 0.0, 0.0);
+    for texel in 0..SIDE * SIDE {
+        let mean = runs.iter().map(|(run, _)| light(run, texel)).sum::<f64>() / 4.0;
+        let apart = runs
+            .iter()
+            .map(|(run, _)| (light(run, texel) - mean).powi(2));
+        // The variance of one run, from four. Beams have the same part of it in all.
+        squares += apart.sum::<f64>() / 3.0;
+        all += mean;
+        lit += if mean > 0.0 { 1.0 } else { 0.0 };
+    }
+    let found = (squares / lit).sqrt() / (all / lit);
+    for (_, report) in &runs {
+        let said = report.by_photons.as_ref().unwrap().relative_error.unwrap();
+        println!("{said} said, {found} between seeds");
+        // Four runs have three degrees of freedom a texel. With a hundred texels that matter, the error is known
+        // to 1 / √600, and five times that is a fifth.
+        assert!(
+            (found / said - 1.0).abs() < 0.2,
+            "{said} said, {found} between seeds"
+        );
+    }
+}
+
+#[test]
 fn beams_that_are_to_follow_chaotic_light_leave_none_to_photons() {
     let scene = bumps();
     let budget = Budget::work(1 << 20);

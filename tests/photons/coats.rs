@@ -8,6 +8,7 @@ use nephroid::internals::transport::chain::ChainSettings;
 use nephroid::internals::transport::domain::LightSpace;
 use nephroid::internals::transport::followed::Followed;
 use nephroid::internals::transport::path_class::PathClass;
+use nephroid::internals::transport::scatter::ShadingNormals;
 use nephroid::internals::transport::signature::Signature;
 
 use crate::rough::{LAMP, ball, by_photons, floor, fresnel, plate};
@@ -75,7 +76,9 @@ fn a_smooth_coat_mirrors_fresnels_share_of_light() {
     );
     // The plate's normal is +z, turned by 80° about y.
     let (sin, cos) = 80f64.to_radians().sin_cos();
-    let share = fresnel(0.6 * sin + 0.8 * cos, 1.5);
+    let of_index = |eta: f64| fresnel(0.6 * sin + 0.8 * cos, eta);
+    let share = of_index(1.5);
+    let thin = plastic("").replace("\"1.5\"", "\"0.8\"");
     let factor = "<rgb name=\"specular_reflectance\" value=\"0.5, 1, 0.25\"/>";
     let texture = "<texture name=\"specular_reflectance\" type=\"checkerboard\"><rgb name=\"color0\" \
         value=\"0.5, 1, 0.25\"/><rgb name=\"color1\" value=\"0.5, 1, 0.25\"/></texture>";
@@ -87,10 +90,15 @@ fn a_smooth_coat_mirrors_fresnels_share_of_light() {
         ("plain", plate(&plastic("")), [1.0; 3]),
         ("the base's albedo", plate(&plastic(&base(0.9))), [1.0; 3]),
         ("a factor", plate(&plastic(factor)), [0.5, 1.0, 0.25]),
-        ("a texture", plate(&plastic(texture)), [0.5, 1.0, 0.25]),
+        (
+            "a texture of one colour",
+            plate(&plastic(texture)),
+            [0.5, 1.0, 0.25],
+        ),
         ("a mask", plate(&half), [0.5; 3]),
         ("both sides", plate(&both_sides(&plastic(""))), [1.0; 3]),
         ("the back", turned(&both_sides(&plastic(""))), [1.0; 3]),
+        ("a thin coat", plate(&thin), [of_index(0.8) / share; 3]),
     ] {
         let found = mirrored(&(SUN.to_owned() + &plate));
         // Sums are exact; flux is rounded to fixed point, photon by photon, and a few times on its way.
@@ -110,8 +118,12 @@ fn a_smooth_coat_mirrors_fresnels_share_of_light() {
 
 #[test]
 fn a_smooth_coat_sends_a_lamps_light_where_paths_find_it() {
-    for (name, shape) in [("plate", plate(&plastic(""))), ("ball", ball(&plastic("")))] {
-        crate::rough::assert_as_paths(name, &(shape + LAMP), 0.05);
+    // A ball throws little light on the floor, and few paths find it.
+    for (name, shape, most) in [
+        ("plate", plate(&plastic("")), 0.05),
+        ("ball", ball(&plastic("")), 0.12),
+    ] {
+        crate::rough::assert_as_paths(name, &(shape + LAMP), most);
     }
 }
 
@@ -165,7 +177,8 @@ fn a_rough_coats_light_tends_to_that_of_a_smooth_one_without_a_threshold() {
         assert!(apart < before, "{alpha}: {apart} after {before}");
         before = apart;
     }
-    // Photons start at the same places: what is left is that of facets turned by some 1e-4.
+    // Photons start at the same places. Facets of α = 1e-4 turn light by some 2e-4, over 3 m: at the border of its
+    // patch 6e-4 m of texels of 0.67 m, a thousandth. Tails of GGX double that.
     assert!(before < 2e-3, "{before}");
 }
 
@@ -206,33 +219,76 @@ fn what_a_coated_receiver_does_not_mirror_is_received() {
     let pane = "<shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"3\" y=\"3\"/>\
         <translate z=\"3\"/></transform><bsdf type=\"thindielectric\"/></shape>";
     let sun = "<emitter type=\"directional\"><vector name=\"direction\" x=\"0\" y=\"0.6\" z=\"-0.8\"/></emitter>";
-    let of = |bsdf: &str| {
+    let of = |bsdf: &str, chains: ChainSettings| {
         let floor = floor().replace(
             "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.5\"/></bsdf>",
             bsdf,
         );
         let scene = paths::scene(&format!("{pane}{sun}{floor}"));
-        by_photons(&scene, PhotonSettings::default(), 1 << 14)
+        let settings = PhotonSettings {
+            chains,
+            ..PhotonSettings::default()
+        };
+        by_photons(&scene, settings, 1 << 14)
     };
-    for (bsdf, share) in [
-        ("<bsdf type=\"diffuse\"/>", 1.0),
-        (&plastic(""), 1.0 - fresnel(0.8, 1.5)),
+    let mirrored = fresnel(0.8, 1.5);
+    let smooth = plastic("");
+    let rough = rough_plastic(0.05, "ggx", "");
+    for (bsdf, shading_normals, max_depth, split_depth, share, room) in [
+        (
+            "<bsdf type=\"diffuse\"/>",
+            ShadingNormals::Flux,
+            16,
+            2,
+            1.0,
+            1e-9,
+        ),
+        // Split, it is Fresnel's share but for the rounding of flux; cut off at the end of chains, too.
+        (&smooth, ShadingNormals::Flux, 16, 2, 1.0 - mirrored, 1e-9),
+        (
+            &smooth,
+            ShadingNormals::Adjoint,
+            16,
+            2,
+            1.0 - mirrored,
+            1e-9,
+        ),
+        (&smooth, ShadingNormals::Flux, 1, 2, 1.0 - mirrored, 1e-9),
+        // By lot: the standard deviation of some 10⁴ photons is 2e-3.
+        (&smooth, ShadingNormals::Flux, 16, 1, 1.0 - mirrored, 8e-3),
+        // Facets of α = 0.05 lean by some 3°, where Fresnel's share differs by a tenth: 0.004 of the light.
+        (&rough, ShadingNormals::Flux, 16, 2, 1.0 - mirrored, 4e-3),
+        (&rough, ShadingNormals::Adjoint, 16, 2, 1.0 - mirrored, 4e-3),
+        (&rough, ShadingNormals::Flux, 16, 1, 1.0 - mirrored, 1.2e-2),
+        (
+            &rough,
+            ShadingNormals::Adjoint,
+            16,
+            1,
+            1.0 - mirrored,
+            1.2e-2,
+        ),
+        (&rough, ShadingNormals::Flux, 1, 2, 1.0, 1e-9),
     ] {
-        let estimate = of(bsdf);
+        let chains = ChainSettings {
+            max_depth,
+            split_depth,
+            shading_normals,
+            ..ChainSettings::default()
+        };
+        let estimate = of(bsdf, chains);
         let name: Signature = "LTD".parse().unwrap();
         let received = estimate.ledger.rows[&name].received.0[0];
-        let layer = &estimate
-            .layers
-            .iter()
-            .find(|it| it.name.to_string() == "LTD");
-        let light: f64 = layer.unwrap().values.iter().map(|it| it.0[0]).sum();
+        let mut layers = estimate.layers.iter();
+        let layer = layers.find(|it| it.name.to_string() == "LTD").unwrap();
+        let light: f64 = layer.values.iter().map(|it| it.0[0]).sum();
         // The floor's 16 m² in 36 texels.
-        let arrived = light * 16.0 / 36.0;
-        assert!(
-            (received - share * arrived).abs() < 1e-9 * arrived,
-            "{bsdf}: {received} of {arrived}"
-        );
-        assert!(estimate.ledger.closure_error().unwrap() < 1e-12);
+        let found = received / (light * 16.0 / 36.0);
+        let case = format!("{bsdf} {shading_normals:?} {max_depth} {split_depth}");
+        println!("{case}: {found} of {share}");
+        assert!((found - share).abs() < room, "{case}: {found} of {share}");
+        assert!(estimate.ledger.closure_error().unwrap() < 1e-12, "{case}");
+        assert!(estimate.ledger.shading_gain.is_black(), "{case}");
     }
 }
 
@@ -257,7 +313,7 @@ fn light_that_meets_coats_only_has_a_sixteenth_of_the_samples_for_its_flux() {
     };
     let cells = 0..all.cells().len();
     let most = cells.clone().map(per_flux).fold(0.0, f64::max);
-    let (mut of_glass, mut of_coats) = (0, 0);
+    let (mut of_glass, mut of_coats, mut of_outline) = (0, 0, 0);
     for cell in cells {
         let part = per_flux(cell) / most;
         // Cells are compared by their middles: at the outline the two spaces' cells differ.
@@ -268,16 +324,43 @@ fn light_that_meets_coats_only_has_a_sixteenth_of_the_samples_for_its_flux() {
             of_coats += 1;
         } else {
             assert!((part - 1.0).abs() < 1e-9, "{part}");
+            of_outline += 1;
         }
     }
-    assert!(of_glass > 10 && of_coats > 1000, "{of_glass} {of_coats}");
+    // Either kind is divided until it has enough cells; a tenth of those of a ball are at its outline.
+    assert!(of_glass > 1000 && of_coats > 1000, "{of_glass} {of_coats}");
+    assert!(of_outline < of_glass / 5, "{of_outline} of {of_glass}");
 }
 
 #[test]
-fn scenes_without_coats_aim_as_before() {
+fn a_small_ball_has_half_of_the_samples_over_a_coated_floor_and_cells_of_its_own() {
+    let scene = paths::scene(&format!(
+        "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"6\"/></emitter>\
+         <shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"9\" y=\"9\"/></transform>{}</shape>\
+         <shape type=\"sphere\"><point name=\"center\" x=\"1\" y=\"0\" z=\"2\"/><float name=\"radius\" value=\"0.1\"/>\
+         <bsdf type=\"dielectric\"/></shape>",
+        plastic("")
+    ));
+    let all = LightSpace::aimed(&scene, Followed::All).unwrap();
+    let bare = LightSpace::new(&scene).unwrap();
+    let is_bare = |cell: &usize| {
+        let cell = &all.cells()[*cell];
+        let middle = 0.5 * (cell.patch().from + cell.patch().to);
+        bare.holds(cell.chart(), middle)
+    };
+    let cells: Vec<usize> = (0..all.cells().len()).filter(is_bare).collect();
+    let share: f64 = cells.iter().map(|cell| all.share(*cell)).sum();
+    // Its outline's cells have some of that half, and miss it by their middles.
+    println!("{share} of the samples in {} cells", cells.len());
+    assert!((0.4..0.5 + 1e-9).contains(&share), "{share}");
+    assert!(cells.len() > bare.cells().len() / 2, "{}", cells.len());
+}
+
+#[test]
+fn where_nothing_is_rough_or_coated_photons_aim_at_mirrors_and_glass() {
     for name in scene_names() {
         let scene = bundled(name, 16);
-        let [one, other] = [Followed::Rough, Followed::All].map(|followed| {
+        let [one, other] = [Followed::Smooth, Followed::All].map(|followed| {
             let light = LightSpace::aimed(&scene, followed).unwrap();
             let shares = (0..light.cells().len()).map(|cell| light.share(cell).to_bits());
             shares.collect::<Vec<u64>>()

@@ -80,7 +80,8 @@ impl Plan {
         let unfollowed = unfollowed(scene);
         let has_delta = |emitter: &Emitter| emitter.is_delta() && !emitter.strength().is_black();
         let has_delta = scene.emitters().iter().any(has_delta);
-        if let Some(coat) = coat.filter(|_| !has_interfaces && !has_delta) {
+        let has_more = has_interfaces || has_delta || first_rough(scene).is_some();
+        if let Some(coat) = coat.filter(|_| !has_more) {
             // Lamps that paths meet are large enough for a few percent of their light.
             reason.get_or_insert_with(|| {
                 let id = &coat.id;

@@ -155,7 +155,7 @@ impl<'a> Setup<'a> {
             let found = next_hit(self.scene, view.ray, &mut TraversalCounters::default());
             found.is_some_and(|(_, hit)| {
                 let material = self.scene.material_of(hit.shape);
-                material.is_specular(self.scene.materials())
+                material.has_delta(self.scene.materials())
             })
         };
         // Pages lie along rows.

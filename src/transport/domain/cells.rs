@@ -12,7 +12,7 @@ use super::surface::{LightPart, LightSurface};
 use super::textured::TexturedPart;
 use crate::geometry::{Bounds, Shape};
 use crate::radiometry::Rgb;
-use crate::scene::{Emitter, MAX_SHINING_TRIANGLES, Material, Scene, ShapeId};
+use crate::scene::{Emitter, MAX_SHINING_TRIANGLES, Material, Object, Scene, ShapeId};
 use crate::transport::chain_limits::{self, NotFollowed};
 use crate::transport::followed::Followed;
 
@@ -22,7 +22,7 @@ use crate::transport::followed::Followed;
 /// cell's rays also stay together.
 const ENOUGH_CELLS: usize = 2048;
 
-/// Share of samples of light that meets coats only, for its flux: they reflect 4 % of most of it.
+/// Largest share of samples of light that meets coats only, for its flux: they reflect 4 % of most of it.
 const SHARE_OF_COATS: f64 = 1.0 / 16.0;
 
 /// Largest number of divisions: a patch 2⁻³⁹ wide still holds thousands of `f64` places.
@@ -117,24 +117,35 @@ impl LightSpace {
             })
             .filter(|cell| targets.may_be_met(&charts, cell))
             .collect();
+        let bare = Targets::without_coats(scene, followed);
+        let meets_coats_only = |cell: &LightCell| {
+            let bare = bare.as_ref();
+            bare.is_some_and(|bare| !bare.may_be_met(&charts, cell))
+        };
+        // All of a sky meets the specular geometry, and all light of a room may meet a coat: their cells must
+        // not take the room of those that follow the outline.
+        let kind = |cell: &LightCell| match charts[cell.chart as usize] {
+            LightChart::Sky(_) => 1,
+            _ if meets_coats_only(cell) => 2,
+            _ => 0,
+        };
         let mut level = 0;
-        // All of a sky meets the specular geometry: its cells must not take the room of those that follow the
-        // outline.
-        let is_sky = |cell: &LightCell| matches!(charts[cell.chart as usize], LightChart::Sky(_));
         while level < MAX_LEVEL {
-            let skies = cells.iter().filter(|cell| is_sky(cell)).count();
-            let [others, skies] =
-                [cells.len() - skies, skies].map(|count| (1..ENOUGH_CELLS).contains(&count));
-            if !others && !skies {
+            let kinds: Vec<usize> = cells.par_iter().map(kind).collect();
+            let are_divided = [0, 1, 2].map(|kind| {
+                let count = kinds.iter().filter(|one| **one == kind).count();
+                (1..ENOUGH_CELLS).contains(&count)
+            });
+            if are_divided == [false; 3] {
                 break;
             }
             level += 1;
             // A parallel map over indices: the order does not depend on the number of threads.
             cells = cells
                 .par_iter()
-                .flat_map_iter(|cell| {
-                    let is_divided = if is_sky(cell) { skies } else { others };
-                    if is_divided {
+                .zip(&kinds)
+                .flat_map_iter(|(cell, kind)| {
+                    if are_divided[*kind] {
                         targets.quarters(&charts, cell).collect()
                     } else {
                         vec![*cell]
@@ -145,8 +156,9 @@ impl LightSpace {
         let (cells, bounds) = targets.by_share(&charts, cells);
         let flux_bound: Rgb = bounds.iter().copied().sum();
         let mut weights: Vec<f64> = bounds.iter().map(|flux| flux.mean()).collect();
-        if scene.materials().iter().any(Material::is_coat) {
-            targets.weigh_coats(&charts, &cells, followed, &mut weights);
+        if bare.is_some() {
+            let of_coats: Vec<bool> = cells.par_iter().map(meets_coats_only).collect();
+            weigh_coats(&mut weights, &of_coats);
         }
         let total: f64 = weights.iter().sum();
         let mut cumulative = vec![0.0];
@@ -270,6 +282,18 @@ struct Targets<'a> {
 }
 
 impl<'a> Targets<'a> {
+    /// Those that are no coats; `None` if chains go on from no coat.
+    fn without_coats(scene: &'a Scene, followed: Followed) -> Option<Self> {
+        let all = scene.materials();
+        let mut objects = scene.objects().iter();
+        let is_coat = |object: &Object| {
+            let material = scene.material(object.material);
+            material.has_smooth_coat(all) || material.has_rough_coat(all)
+        };
+        (followed > Followed::Smooth && objects.any(is_coat))
+            .then(|| Self::new(scene, |material| followed.holds_bare(material, all)))
+    }
+
     /// The shapes with a material for which `holds` is true.
     fn new(scene: &'a Scene, holds: impl Fn(&Material) -> bool) -> Self {
         let mut targets = Self {
@@ -362,24 +386,6 @@ impl<'a> Targets<'a> {
         all.into_iter().unzip()
     }
 
-    /// Scales the weights of cells whose light meets coats only, if there are others.
-    fn weigh_coats(
-        &self,
-        charts: &[LightChart],
-        cells: &[LightCell],
-        followed: Followed,
-        weights: &mut [f64],
-    ) {
-        let scene = self.scene;
-        let bare = Targets::new(scene, |it| followed.holds_bare(it, scene.materials()));
-        let scale = |(weight, cell): (&mut f64, &LightCell)| {
-            if !bare.may_be_met(charts, cell) {
-                *weight *= SHARE_OF_COATS;
-            }
-        };
-        weights.par_iter_mut().zip(cells).for_each(scale);
-    }
-
     fn may_be_met(&self, charts: &[LightChart], cell: &LightCell) -> bool {
         let chart = &charts[cell.chart as usize];
         if chart.is_dark(&cell.patch) {
@@ -394,6 +400,24 @@ impl<'a> Targets<'a> {
                     |shape| self.specular[shape as usize],
                     |bounds| probe.may_overlap_box(bounds),
                 )
+    }
+}
+
+/// Gives light that meets coats only its [share](SHARE_OF_COATS) of samples, and together no more than all
+/// other light has.
+fn weigh_coats(weights: &mut [f64], of_coats: &[bool]) {
+    let sum = |are_coats: bool| -> f64 {
+        let pairs = weights.iter().zip(of_coats);
+        let own = pairs.filter(|(_, of_coats)| **of_coats == are_coats);
+        own.map(|(weight, _)| weight).sum()
+    };
+    let (others, coats) = (sum(false), sum(true));
+    if others > 0.0 && coats > 0.0 {
+        let scale = SHARE_OF_COATS.min(others / coats);
+        let pairs = weights.iter_mut().zip(of_coats);
+        for (weight, _) in pairs.filter(|(_, of_coats)| **of_coats) {
+            *weight *= scale;
+        }
     }
 }
 
