@@ -6,7 +6,8 @@ use std::time::Duration;
 use nephroid::internals::numeric::StreamKind;
 
 use super::percent;
-use super::support::contest::{Contest, Trial};
+use super::support::contest::{Contest, LAMP, Trial};
+use super::support::scenes::{below_balls, below_bumps, below_even_ball};
 
 /// Texels a side.
 const SIDE: usize = 256;
@@ -32,6 +33,13 @@ const SAID_TOO_LONG: Duration = Duration::from_secs(90);
 
 /// Photons of the runs.
 const PHOTONS: [u64; 4] = [1 << 14, 1 << 16, 1 << 18, 1 << 20];
+
+/// A ball without bumps of 20 · `frequency`² triangles, with interpolated normals.
+const EVEN: [(&str, u32); 3] = [
+    ("even, 5,120", 16),
+    ("even, 81,920", 64),
+    ("even, 327,680", 128),
+];
 
 /// A bumpy ball of 20 · `frequency`² triangles.
 const BUMPS: [(&str, u32, bool); 6] = [
@@ -104,13 +112,21 @@ pub fn costs(text: &mut String, is_asked: &dyn Fn(&str) -> bool) -> std::fmt::Re
     for name in OTHERS.into_iter().filter(|name| is_asked(name)) {
         rows(text, &Contest::finer(DEPTH, name, SIDE, FINER))?;
     }
+    for (name, frequency) in EVEN.into_iter().filter(|(name, _)| is_asked(name)) {
+        let scene = below_even_ball(frequency, LAMP, SIDE);
+        rows(text, &Contest::of_scene(DEPTH, name, scene, FINER))?;
+    }
     for (name, frequency, is_smooth) in BUMPS.into_iter().filter(|(name, ..)| is_asked(name)) {
-        let bumps = (frequency, is_smooth);
+        let scene = below_bumps(frequency, is_smooth, LAMP, SIDE);
         let finer = if is_smooth { FINER } else { FINER_BELOW_FACETS };
-        rows(text, &Contest::below_bumps(DEPTH, name, SIDE, bumps, finer))?;
+        rows(text, &Contest::of_scene(DEPTH, name, scene, finer))?;
     }
     if is_asked(BALLS) {
-        rows(text, &Contest::below_balls(DEPTH, SIDE, FINER_BELOW_FACETS))?;
+        let scene = below_balls(SIDE);
+        rows(
+            text,
+            &Contest::of_scene(DEPTH, BALLS, scene, FINER_BELOW_FACETS),
+        )?;
     }
     Ok(())
 }

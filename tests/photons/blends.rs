@@ -208,12 +208,16 @@ fn blends_that_light_cannot_follow_are_refused_or_warned_of_by_name() {
         }
     }
     let rough = "<bsdf type=\"roughconductor\"/>";
+    let coat = "<bsdf type=\"plastic\"/>";
     for (bsdf, is_left_out) in [
         (blend(0.3, MATT, rough), true),
         (both_sides(&blend(0.3, MATT, rough)), true),
         (blend(0.3, MATT, &both_sides(rough)), true),
         (blend(0.3, MATT, GOLD), false),
         (rough.to_owned(), false),
+        (blend(0.3, MATT, coat), true),
+        (blend(0.3, &both_sides(coat), GOLD), true),
+        (coat.to_owned(), false),
     ] {
         let scene = over_floor(folder.path(), &plate(&bsdf), SIDE);
         let method = Method::new("photons", &Default::default()).unwrap();
@@ -223,7 +227,7 @@ fn blends_that_light_cannot_follow_are_refused_or_warned_of_by_name() {
             .run(&scene, sensor, &Budget::work(1 << 10), &none)
             .unwrap();
         let warnings = found.all_warnings(&scene).join("\n");
-        let says = "photons do not go on from the rough parts of a blendbsdf";
+        let says = "photons do not go on from the rough parts and coats of a blendbsdf";
         assert_eq!(warnings.contains(says), is_left_out, "{bsdf}: {warnings}");
     }
 }

@@ -45,7 +45,17 @@ pub fn beams_within(depth: u32, scene: &Scene, budget: &Budget) -> (Estimate, Be
     run(scene, meter(scene), settings(depth), budget, &progress).unwrap()
 }
 
-/// Likely work of the same.
+/// The same as a truth of other runs: photons in the place of beams are others than theirs.
+pub fn finer_within(depth: u32, scene: &Scene, budget: &Budget) -> (Estimate, BeamReport) {
+    let settings = BeamSettings {
+        seed: 1,
+        ..settings(depth)
+    };
+    let progress = Progress::default();
+    run(scene, meter(scene), settings, budget, &progress).unwrap()
+}
+
+/// Likely work of runs.
 pub fn forecast_within(depth: u32, scene: &Scene, budget: &Budget) -> Forecast {
     let progress = Progress::default();
     let mut setup = Setup::new(scene, meter(scene), settings(depth), &progress).unwrap();

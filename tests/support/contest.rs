@@ -10,13 +10,13 @@ use nephroid::internals::transport::chain::ChainSettings;
 use nephroid::internals::transport::direct::{AREA_SAMPLES, direct};
 use nephroid::internals::transport::receiver::Receiver;
 
-use super::beams::{beams_to, beams_within, forecast_within};
+use super::beams::{beams_to, finer_within, forecast_within};
 use super::cpu;
 use super::oracles::oracle_to;
-use super::scenes::{Photons, below_balls, below_bumps, bundled};
+use super::scenes::{Photons, below_bumps, bundled};
 
 /// The lamp of the bumpy balls, on their axis.
-const LAMP: [f64; 3] = [0.0, 0.0, 4.0];
+pub const LAMP: [f64; 3] = [0.0, 0.0, 4.0];
 
 /// A scene, and its caustic: the sum of all specular layers.
 pub struct Contest {
@@ -83,33 +83,17 @@ impl Contest {
             "flat mesh" => below_bumps(64, false, LAMP, side),
             _ => bundled(name, side),
         };
-        Self::finer_of(depth, name, scene, error)
+        Self::of_scene(depth, name, scene, error)
     }
 
-    /// The same below a bumpy ball of 20 · `frequency`² triangles, with interpolated normals or flat.
-    pub fn below_bumps(
-        depth: u32,
-        name: &'static str,
-        side: usize,
-        (frequency, is_smooth): (u32, bool),
-        error: f64,
-    ) -> Self {
-        let scene = below_bumps(frequency, is_smooth, LAMP, side);
-        Self::finer_of(depth, name, scene, error)
-    }
-
-    /// The same below two dozen balls.
-    pub fn below_balls(depth: u32, side: usize, error: f64) -> Self {
-        Self::finer_of(depth, "two dozen balls", below_balls(side), error)
-    }
-
-    fn finer_of(depth: u32, name: &'static str, scene: Scene, error: f64) -> Self {
+    /// The same of any scene.
+    pub fn of_scene(depth: u32, name: &'static str, scene: Scene, error: f64) -> Self {
         let budget = Budget {
             relative_error: Some(error),
             time: Some(Duration::from_secs(60)),
             ..Budget::default()
         };
-        let (finer, _) = beams_within(depth, &scene, &budget);
+        let (finer, _) = finer_within(depth, &scene, &budget);
         Self {
             name,
             scene,

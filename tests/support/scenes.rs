@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use nephroid::internals::generate::{bumpy_ball, write_ply};
+use nephroid::internals::generate::{bumpy_ball, geodesic_sphere, write_ply};
+use nephroid::internals::geometry::MeshParts;
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::StreamKind;
 use nephroid::internals::reference::photons::PhotonSettings;
@@ -159,8 +160,16 @@ pub fn layer(estimate: &Estimate, name: &str, channel: usize) -> (Vec<f64>, Vec<
 /// # Panics
 ///
 /// If the bundled file has no lamp where it is to be moved from.
-pub fn below_bumps(frequency: u32, is_smooth: bool, [x, y, z]: [f64; 3], side: usize) -> Scene {
-    let mut mesh = bumpy_ball(1.0, frequency);
+pub fn below_bumps(frequency: u32, is_smooth: bool, lamp: [f64; 3], side: usize) -> Scene {
+    below_mesh(bumpy_ball(1.0, frequency), is_smooth, lamp, side)
+}
+
+/// The same of a ball without bumps, with interpolated normals.
+pub fn below_even_ball(frequency: u32, lamp: [f64; 3], side: usize) -> Scene {
+    below_mesh(geodesic_sphere(1.0, frequency), true, lamp, side)
+}
+
+fn below_mesh(mut mesh: MeshParts, is_smooth: bool, [x, y, z]: [f64; 3], side: usize) -> Scene {
     let mut xml = fs::read_to_string(bundled_file("glass-ball-mesh")).unwrap();
     let lamp = r#"<point name="position" x="0" y="0" z="4"/>"#;
     assert!(xml.contains(lamp), "the lamp can be moved");
@@ -174,7 +183,7 @@ pub fn below_bumps(frequency: u32, is_smooth: bool, [x, y, z]: [f64; 3], side: u
     }
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = Vec::new();
-    write_ply(&mesh, "a bumpy ball", &mut bytes).unwrap();
+    write_ply(&mesh, "a ball", &mut bytes).unwrap();
     fs::write(folder.path().join("glass-ball-mesh.ply"), bytes).unwrap();
     let file = folder.path().join("bumpy.xml");
     fs::write(&file, xml).unwrap();
