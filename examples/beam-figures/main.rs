@@ -1,7 +1,7 @@
 //! The figures and tables of `docs/beams.md`: `cargo run --release --example beam-figures`.
 //!
 //! Writes `docs/beams/*.svg`, error against rays and against seconds for beams and for photons, and
-//! `docs/beams/figures.md`, what errors cost, how bounds hold and what they are made of. A quarter of an hour on two
+//! `docs/beams/figures.md`, what errors cost, how bounds hold and what they are made of. Half an hour on two
 //! cores. With names of scenes (`-- cube lens`) it prints what errors cost there, run by run, and writes nothing.
 #![allow(
     clippy::disallowed_methods,

@@ -76,7 +76,7 @@ impl Contest {
         }
     }
 
-    /// A scene whose truth is a beam run to `error`, or of a minute.
+    /// A scene whose truth is a beam run to `error`, or of two and a half minutes.
     pub fn finer(depth: u32, name: &'static str, side: usize, error: f64) -> Self {
         let scene = match name {
             "smooth mesh" => below_bumps(64, true, LAMP, side),
@@ -90,7 +90,7 @@ impl Contest {
     pub fn of_scene(depth: u32, name: &'static str, scene: Scene, error: f64) -> Self {
         let budget = Budget {
             relative_error: Some(error),
-            time: Some(Duration::from_secs(60)),
+            time: Some(Duration::from_secs(150)),
             ..Budget::default()
         };
         let (finer, _) = finer_within(depth, &scene, &budget);
