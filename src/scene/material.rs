@@ -359,6 +359,11 @@ impl Material {
         matches!(self, Self::Plastic(_) | Self::RoughPlastic { .. })
     }
 
+    /// True if light can leave it by a coat of either kind, as [`Self::has_smooth_coat`].
+    pub fn has_coat(&self, all: &[Self]) -> bool {
+        self.has_unblended(all, &Self::is_coat)
+    }
+
     /// True if light can leave it by a smooth coat over a matt base, looking through masks and two-sided
     /// wrappers.
     pub fn has_smooth_coat(&self, all: &[Self]) -> bool {

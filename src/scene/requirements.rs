@@ -122,10 +122,9 @@ fn masks(scene: &Scene) -> Requirement {
 }
 
 fn coats(scene: &Scene) -> Requirement {
-    let all = scene.materials();
     let is_one = |object: &Object| {
         let material = scene.material(object.material);
-        material.has_smooth_coat(all) || material.has_rough_coat(all)
+        material.has_coat(scene.materials())
     };
     item(
         "coats",

@@ -334,10 +334,7 @@ pub fn first_rough(scene: &Scene) -> Option<String> {
 
 /// The first shape with a coat that photons go on from, in words; `None` if there is none.
 pub fn first_coat(scene: &Scene) -> Option<String> {
-    let all = scene.materials();
-    first(scene, |it| {
-        it.has_smooth_coat(all) || it.has_rough_coat(all)
-    })
+    first(scene, |it| it.has_coat(scene.materials()))
 }
 
 fn first(scene: &Scene, is_one: impl Fn(&Material) -> bool) -> Option<String> {

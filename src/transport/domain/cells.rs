@@ -286,10 +286,7 @@ impl<'a> Targets<'a> {
     fn without_coats(scene: &'a Scene, followed: Followed) -> Option<Self> {
         let all = scene.materials();
         let mut objects = scene.objects().iter();
-        let is_coat = |object: &Object| {
-            let material = scene.material(object.material);
-            material.has_smooth_coat(all) || material.has_rough_coat(all)
-        };
+        let is_coat = |object: &Object| scene.material(object.material).has_coat(all);
         (followed > Followed::Smooth && objects.any(is_coat))
             .then(|| Self::new(scene, |material| followed.holds_bare(material, all)))
     }
