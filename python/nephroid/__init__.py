@@ -119,12 +119,14 @@ def shard(
     threads: int | None = None,
     progress: Callback | None = None,
     *,
+    method: str | None = None,
     filter: str | None = None,
     **settings: object,
 ) -> bytes | None:
-    """Traces part ``index`` (from 1 on) of ``count`` of a run of photons. None if ``progress`` stopped it."""
+    """Traces part ``index`` (from 1 on) of ``count`` of a run of photons, or by ``method="photon-map"`` or ``"path"``.
+    None if ``progress`` stopped it."""
     given = {"photons": photons, "seed": seed, **settings}
-    asked = wish(sensor, None, given, threads, filter, None, None)
+    asked = wish(sensor, method, given, threads, filter, None, None)
     return _nephroid.shard(checked_scene(scene), index, count, asked, progress)
 
 
@@ -139,7 +141,8 @@ def merge(
     filter: str | None = None,
     **settings: object,
 ) -> Film:
-    """Puts all parts of a run together: the bits of the run in one piece. It needs the same settings."""
+    """Puts all parts of a run together: the bits of the run in one piece. It needs the same settings; the method is known
+    from the parts."""
     given = {"photons": photons, "seed": seed, **settings}
     asked = wish(sensor, None, given, threads, filter, None, None)
     return _nephroid.merge(checked_scene(scene), list(parts), asked)

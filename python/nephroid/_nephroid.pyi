@@ -49,7 +49,7 @@ class _Wish(TypedDict):
     memory: int | None
 
 _Arguments = tuple[str, list[tuple[str, str]], list[tuple[str, bytes]], bool]
-_Round = tuple[int, int, int]
+_Round = tuple[int, int, int, int]
 
 class _StudyWish(TypedDict):
     define: list[tuple[str, str]]
@@ -81,7 +81,7 @@ class Scene:
 class Gathering:
     def __new__(cls, scene: Scene, wish: _Wish) -> Gathering: ...
     def add(self, part: bytes, index: int, count: int) -> None: ...
-    def next(self) -> Film | tuple[_Round, str]: ...
+    def next(self) -> Film | tuple[_Round, str, int, int, int]: ...
     @property
     def relative_error(self) -> float | None: ...
 

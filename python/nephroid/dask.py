@@ -38,8 +38,8 @@ from ._text import checked_scene, wish
 
 __all__ = ["Progress", "render", "validate"]
 
-#: Photons that a task is worth: some seconds, of which setting it up is a small part.
-_TASK_PHOTONS = 1 << 22
+#: Photons or paths that a task is worth: some seconds, of which setting it up is a small part.
+_TASK_WORK = 1 << 22
 
 #: Seconds between two calls of a callback.
 _PERIOD = 0.1
@@ -66,7 +66,7 @@ class Progress:
     done: int
     #: What ``done`` is expected to come to; of a run to an error, by the end of its round.
     expected: int
-    #: ``photons``, or ``runs`` of a study.
+    #: ``photons``, ``paths`` (of photon maps, those of photons and of cameras together), or ``runs`` of a study.
     unit: str
     #: The relative error of the rounds that are done; None while unknown.
     relative_error: float | None
@@ -75,6 +75,9 @@ class Progress:
 
 
 Callback = Callable[[Progress], object]
+
+#: A round of a run: its number, replicates, work of each, and work of each in the rounds before.
+_Round = tuple[int, int, int, int]
 
 
 class _Stopped(Exception):
@@ -109,17 +112,18 @@ def render(
     overlap: bool = True,
     **settings: object,
 ) -> Film | None:
-    """Fills a sensor by photons on the workers of a Dask cluster.
+    """Fills a sensor by photons on the workers of a Dask cluster, or by ``method="photon-map"`` or ``"path"``.
 
-    The film has the bits of :func:`nephroid.render` with ``method="photons"`` and the same settings, on any number of
-    workers. It ends at a relative ``error`` or after so many ``photons``; the first rounds of a run to an error are one
-    task each.
+    The film has the bits of :func:`nephroid.render` with the same method and settings, on any number of workers. It ends at a
+    relative ``error`` or after so much work (``photons``, or ``spp`` of paths). Rounds of a run to an error are one task
+    each until they have more than 2**22 photons or paths.
 
     ``client`` is a ``distributed.Client``, by default the current one. Workers need nephroid, and no files: the scene's
     come along. One task at a time uses all threads of a worker.
 
     ``folder`` keeps the sums of each task, so that the same call goes on from there after whatever ended it. ``tasks``
-    is how many a round has at most, by default one for each 2**22 photons; there is one replicate to a task at least.
+    is how many a round has at most, by default one for each 2**22 photons or paths. A task has one replicate at least, and
+    of paths 16 rows of the image.
 
     ``progress`` is called about every 100 ms; if it returns False, tasks are stopped and the result is None. Ctrl-C stops
     them, too.
@@ -139,39 +143,41 @@ def render(
         kept.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
     done = expected = 0
+    unit = "photons" if method in (None, "photons") else "paths"
 
     def tell() -> bool:
-        now = Progress(done, expected, "photons", gathering.relative_error, time.monotonic() - start)
+        now = Progress(done, expected, unit, gathering.relative_error, time.monotonic() - start)
         return progress is None or progress(now) is not False
 
-    def cut(numbers: tuple[int, int, int]) -> list[_Task]:
-        number, replicates, each = numbers
-        count = min(replicates, tasks or max(1, replicates * each // _TASK_PHOTONS))
+    def cut(numbers: _Round, work: int, most: int) -> list[_Task]:
+        number, _, each, _ = numbers
+        count = min(most, tasks or max(1, work // _TASK_WORK))
         name = f"nephroid-part-{number}-{each}"
         return [_Task(f"{name}-{i}-of-{count}", _part, scene, (numbers, i, count, asked)) for i in range(1, count + 1)]
 
     goal = _goal(error) if overlap else None
     with _Call(client, tell) as call:
         while not isinstance(found := gathering.next(), Film):
-            numbers, key = found
-            number, replicates, each = numbers
-            before, expected = done, done + replicates * each
+            numbers, key, work, most, left = found
+            before, expected = done, done + work
             todo = []
-            for task in cut(numbers):
+            for task in cut(numbers, work, most):
                 _, i, count, _ = task.arguments
                 if kept is not None and _is_added(gathering, kept / _kept_name(key, i, count), i, count):
-                    done += _photons(task)
+                    done += _share(work, i, count)
                 else:
                     todo.append(task)
             # A run that goes on from a folder finds parts of later rounds there: none are made before their time.
             is_new = done == before
-            is_doubled = _is_doubled(gathering.relative_error, goal, before, replicates * each, photons)
-            later = cut((number + 1, replicates, 2 * each)) if is_new and is_doubled else []
+            number, replicates, each, earlier = numbers
+            is_doubled = _is_doubled(gathering.relative_error, goal, before, work, left)
+            next_round = (number + 1, replicates, 2 * each, earlier + each)
+            later = cut(next_round, 2 * work, most) if is_new and is_doubled else []
             try:
                 for task, part in call.results(todo, later):
                     _, i, count, _ = task.arguments
                     gathering.add(part, i, count)
-                    done += _photons(task)
+                    done += _share(work, i, count)
                     if kept is not None:
                         _write(kept / _kept_name(key, i, count), part)
             except _Stopped:
@@ -394,10 +400,9 @@ def _one_at_a_time() -> WorkerPlugin:
     return plugin
 
 
-def _photons(task: _Task) -> int:
-    """Those of a part: it has every count-th replicate, from its own on."""
-    (_, replicates, each), i, count, _ = task.arguments
-    return int(each) * len(range(i, replicates + 1, count))
+def _share(work: int, index: int, count: int) -> int:
+    """The work of a part; that of all parts is that of the round."""
+    return work * index // count - work * (index - 1) // count
 
 
 def _kept_name(key: str, index: int, count: int) -> str:
@@ -413,11 +418,12 @@ def _goal(error: float | str | None) -> float | None:
         return None
 
 
-def _is_doubled(error: float | None, goal: float | None, done: int, count: int, most: int | None) -> bool:
-    """True if a round of so many photons, after ``done``, is likely to be followed by one of twice as many.
+def _is_doubled(error: float | None, goal: float | None, done: int, count: int, left: int) -> bool:
+    """True if a round of so much work, after ``done``, is likely to be followed by one of twice as much, which may not be
+    more than is ``left``.
 
-    Errors fall as one over the square root of photons, or faster. Whatever this says, the film has the same bits."""
-    if error is None or not goal or (isinstance(most, int) and done + 3 * count > most):
+    Errors fall as one over the square root of work, or faster. Whatever this says, the film has the same bits."""
+    if error is None or not goal or 2 * count > left:
         return False
     return _CAUTION * done * (error / goal) ** 2 - (done + count) > count
 
@@ -495,7 +501,7 @@ def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) 
     return result
 
 
-def _part(source: str, scene: Scene, round: tuple[int, int, int], index: int, count: int, asked: Any) -> bytes:
+def _part(source: str, scene: Scene, round: _Round, index: int, count: int, asked: Any) -> bytes:
     """The sums of a part of a round."""
     _check(source)
     part: bytes = _work(lambda given, told: _nephroid.part(scene, round, index, count, given, told), asked)

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nephroid::internals::method::shards::MergeError;
+use nephroid::internals::reference::parts::GatherError;
 use nephroid::{Error, LoadError};
 use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
@@ -48,10 +48,10 @@ pub fn run_as(py: Python<'_>, error: &Error, message: impl ToString) -> PyErr {
 }
 
 /// An error that ended a merge.
-pub fn merge(py: Python<'_>, error: &MergeError) -> PyErr {
+pub fn merge(py: Python<'_>, error: &GatherError) -> PyErr {
     match error {
-        MergeError::Run(error) => run(py, error),
-        MergeError::Shard(error) => plain(py, error),
+        GatherError::Run(error) => run(py, error),
+        GatherError::Shard(error) => plain(py, error),
     }
 }
 

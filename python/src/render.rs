@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use nephroid::internals::method::shards::{MergeError, NextPart};
 use nephroid::internals::method::wanted::{Chosen, Wanted};
-use nephroid::internals::reference::photons::Shard;
-use nephroid::internals::reference::photons::gather::{Gathered, Wanted as WantedRound};
-use nephroid::internals::reference::photons::shard::{Part, Round};
+use nephroid::internals::reference::parts::{
+    GatherError, Gathered, Next, Part, Wanted as WantedRound,
+};
+use nephroid::internals::reference::shard::{Round, Shard};
 use nephroid::internals::scene::ReconstructionFilter;
 use nephroid::internals::setting::Given;
 use nephroid::{Budget, Context, Error, Rendering};
@@ -98,7 +98,7 @@ pub fn render(
     Ok(film(scene, chosen, rendering, start))
 }
 
-/// Traces part `index` of `count` of a run of photons, both from 1 on; None if it was stopped.
+/// Traces part `index` of `count` of a run, both from 1 on; None if it was stopped.
 #[pyfunction]
 pub fn shard<'py>(
     py: Python<'py>,
@@ -113,13 +113,13 @@ pub fn shard<'py>(
     let (inner, threads) = (Arc::clone(&scene.inner), wish.threads);
     let watched = Arc::clone(&context.progress);
     let done = work(py, threads, &watched, progress, move || {
-        let chosen = wish.choose(&inner, true)?;
+        let chosen = wish.choose(&inner, true).map_err(GatherError::from)?;
         chosen
             .method
             .run_shard(&inner, &chosen.sensor, part, &context)
     })?;
-    let part = done.map_err(|error| errors::run(py, &error))?;
-    part.map(|part| written(py, &part)).transpose()
+    let file = done.map_err(|error: GatherError| errors::merge(py, &error))?;
+    Ok(file.map(|file| PyBytes::new(py, &file)))
 }
 
 fn checked_shard(py: Python<'_>, index: u32, count: u32) -> PyResult<Shard> {
@@ -146,28 +146,31 @@ pub fn merge(
     py: Python<'_>,
     scene: &Scene,
     parts: Vec<PyBackedBytes>,
-    wish: Wish,
+    mut wish: Wish,
 ) -> PyResult<Film> {
     let start = Instant::now();
-    let read = parts.iter().map(|part| Part::read_from(&part[..]));
-    let parts: Vec<Part> = read
-        .collect::<Result<_, _>>()
-        .map_err(|error| errors::plain(py, error))?;
+    let mut shards = Gathered::default();
+    for part in &parts {
+        let method = Part::method_of(&part[..]);
+        let read = Part::read_all(&part[..]).and_then(|parts| shards.add_shard(parts));
+        read.map_err(|error| errors::plain(py, error))?;
+        wish.method = method.ok();
+    }
     let context = wish.context();
     let (inner, threads) = (Arc::clone(&scene.inner), wish.threads);
     let watched = Arc::clone(&context.progress);
     let done = work(py, threads, &watched, None, move || {
-        let chosen = wish.choose(&inner, true).map_err(MergeError::from)?;
+        let chosen = wish.choose(&inner, true).map_err(GatherError::from)?;
         let Chosen { sensor, method, .. } = &chosen;
-        let rendering = method.merge(&inner, sensor, parts, &context)?;
+        let rendering = method.merge(&inner, sensor, &shards, &context)?;
         Ok((chosen, rendering))
     })?;
-    let (chosen, rendering) = done.map_err(|error: MergeError| errors::merge(py, &error))?;
+    let (chosen, rendering) = done.map_err(|error: GatherError| errors::merge(py, &error))?;
     Ok(film(scene, chosen, rendering, start))
 }
 
-/// A round as Python knows it: number, replicates, photons of each.
-type Numbers = (u64, u32, u64);
+/// A round as Python knows it: number, replicates, work of each, and work of each in the rounds before.
+type Numbers = (u64, u32, u64, u64);
 
 /// Traces part `index` of `count` of a round, both from 1 on; None if it was stopped.
 #[pyfunction]
@@ -181,11 +184,12 @@ pub fn part<'py>(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Option<Bound<'py, PyBytes>>> {
     let shard = checked_shard(py, index, count)?;
-    let (number, replicates, photons_each) = round;
+    let (number, replicates, each, before) = round;
     let round = Round {
         number,
         replicates,
-        photons_each,
+        each,
+        before,
     };
     let context = wish.context();
     let (inner, threads) = (Arc::clone(&scene.inner), wish.threads);
@@ -246,7 +250,8 @@ impl Gathering {
         added.map_err(|error| errors::plain(py, error))
     }
 
-    /// The round that the run needs next, with the key of its contents; or its film, if it needs none.
+    /// The round that the run needs next, with the key of its contents, its work in photons or paths, the most
+    /// parts that it has and the most work that may follow; or the film, if none is needed.
     fn next<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let scene = self.scene.get();
         let (inner, gathered) = (Arc::clone(&scene.inner), Arc::clone(&self.gathered));
@@ -258,13 +263,15 @@ impl Gathering {
             method.next(&inner, &sensor, &gathered, &context)
         })?;
         match found.map_err(|error| errors::merge(py, &error))? {
-            NextPart::Round(wanted) => {
-                let (round, key) = (wanted.round, wanted.key.clone());
-                *self.wanted.lock().unwrap_or_else(PoisonError::into_inner) = Some(wanted);
-                let numbers: Numbers = (round.number, round.replicates, round.photons_each);
-                Ok((numbers, key).into_pyobject(py)?.into_any())
+            Next::Round(wanted) => {
+                let round = wanted.round;
+                let numbers: Numbers = (round.number, round.replicates, round.each, round.before);
+                let (work, most, left) = (wanted.work, wanted.most_parts, wanted.left);
+                let told = (numbers, wanted.key.clone(), work, most, left);
+                *self.wanted.lock().unwrap_or_else(PoisonError::into_inner) = Some(*wanted);
+                Ok(told.into_pyobject(py)?.into_any())
             }
-            NextPart::Done(rendering) => {
+            Next::Done(rendering) => {
                 let film = film(scene, self.chosen.clone(), *rendering, self.start);
                 Ok(Py::new(py, film)?.into_bound(py).into_any())
             }

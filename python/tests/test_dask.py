@@ -93,6 +93,26 @@ def test_films_have_the_bits_of_a_run_in_one_piece(client, scene, settings):
     assert_same(ne.dask.render(scene, client=client, **settings), ne.render(scene, method="photons", **whole))
 
 
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"method": "path", "spp": 16, "tasks": 3},
+        {"method": "path", "error": "20%", "tasks": 2},
+        # The limit on samples comes first, after a round that is cut short.
+        {"method": "path", "error": "0.01%", "spp": 37, "replicates": 3},
+        {"method": "photon-map", "sensor": "camera", "error": "10%", "map_photons": 4096, "tasks": 4},
+        {"method": "photon-map", "sensor": "camera", "photons": 5 * 2 * 4096, "map_photons": 4096, "replicates": 2},
+    ],
+)
+def test_paths_and_photon_maps_have_the_bits_of_a_run_in_one_piece(client, settings):
+    scene = ne.load_file(SCENES / "glass-ball-behind-pane.xml", size=48)
+    whole = {key: value for key, value in settings.items() if key != "tasks"}
+    told = []
+    film = ne.dask.render(scene, client=client, progress=told.append, **settings)
+    assert_same(film, ne.render(scene, **whole))
+    assert told[-1].unit == "paths" and told[-1].done == told[-1].expected > 0
+
+
 def test_scenes_come_with_their_files(client, tmp_path, monkeypatch):
     for name in ("water.xml", "water.ply"):
         shutil.copy(SCENES / name, tmp_path)
@@ -245,7 +265,7 @@ def test_a_round_that_was_begun_in_vain_leaves_nothing(client, monkeypatch, begu
 def test_a_worker_that_is_killed_while_rounds_overlap_loses_nothing(client, monkeypatch, begun_early, is_early):
     scene = ne.load_file(GLASS, size=32)
     settings = {"error": 1e-9, "photons": 1 << 22, "seed": 5}
-    monkeypatch.setattr(ne.dask, "_is_doubled", lambda error, goal, done, round, most: done + 3 * round <= most)
+    monkeypatch.setattr(ne.dask, "_is_doubled", lambda error, goal, done, round, left: 2 * round <= left)
     killed = []
 
     def progress(now):
@@ -270,13 +290,13 @@ def test_a_round_is_begun_early_if_the_error_so_far_says_so():
     goal, is_doubled = ne.dask._goal, ne.dask._is_doubled
     assert [goal(one) for one in (0.01, "1%", "0.01", None, "little")] == [0.01, 0.01, 0.01, None, None]
     # 100 photons with 4 times the error, and 100 more: 1.2 * 16 * 100 in all are needed.
-    assert is_doubled(0.04, 0.01, 100, 100, None)
+    assert is_doubled(0.04, 0.01, 100, 100, 1000)
     # With 2.5 times the square, 300 are needed: then 100 are missing after this round, which is no more than it has.
-    assert not is_doubled(0.01 * 2.49**0.5, 0.01, 100, 100, None)
-    assert is_doubled(0.01 * 2.51**0.5, 0.01, 100, 100, None)
-    assert not is_doubled(None, 0.01, 100, 100, None)
-    assert not is_doubled(0.04, None, 100, 100, None)
-    assert is_doubled(0.04, 0.01, 100, 100, 400) and not is_doubled(0.04, 0.01, 100, 100, 399)
+    assert not is_doubled(0.01 * 2.49**0.5, 0.01, 100, 100, 1000)
+    assert is_doubled(0.01 * 2.51**0.5, 0.01, 100, 100, 1000)
+    assert not is_doubled(None, 0.01, 100, 100, 1000)
+    assert not is_doubled(0.04, None, 100, 100, 1000)
+    assert is_doubled(0.04, 0.01, 100, 100, 200) and not is_doubled(0.04, 0.01, 100, 100, 199)
 
 
 @on_linux

@@ -112,6 +112,30 @@ def test_shards_are_the_run_in_one_piece():
         ne.merge(scene, parts[:2], photons=65536)
 
 
+@pytest.mark.parametrize(
+    "method, settings",
+    [
+        ("path", {"spp": 4, "replicates": 2}),
+        ("photon-map", {"photons": 8192, "replicates": 2, "map_photons": 1024, "seen": "anyhow", "sensor": "camera"}),
+    ],
+)
+def test_shards_of_paths_and_photon_maps_are_the_run_in_one_piece(method, settings):
+    scene = ne.load_file(SCENES / "glass-ball-behind-pane.xml", size=24)
+    parts = [ne.shard(scene, i, 3, method=method, **settings) for i in (3, 1, 2)]
+    merged, whole = ne.merge(scene, parts, **settings), ne.render(scene, method=method, **settings)
+    assert merged.method == whole.method == method and list(merged.layers) == list(whole.layers)
+    for name in whole.layers:
+        assert merged[name].value.tobytes() == whole[name].value.tobytes()
+        assert merged[name].stderr.tobytes() == whole[name].stderr.tobytes()
+    with pytest.raises(ne.Error, match="needs each of them once"):
+        ne.merge(scene, parts[:2], **settings)
+
+
+def test_a_method_that_is_made_in_one_piece_says_so():
+    with pytest.raises(ne.RefusedError, match="a run of beams is made in one piece"):
+        ne.shard(ne.load_file(SCENES / "glass-ball.xml", size=8), 1, 2, method="beams")
+
+
 def test_a_scene_goes_through_pickle():
     scene = ne.load_string((SCENES / "glass-ball.xml").read_text(), size=8)
     again = pickle.loads(pickle.dumps(scene))

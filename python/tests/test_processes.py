@@ -62,7 +62,7 @@ from nephroid._text import wish
 scene = ne.load_file({scene!r}, size=256)
 asked = wish(None, "photons", {{"photons": 4096}})
 gathering = _nephroid.Gathering(scene, asked)
-round, _ = gathering.next()
+round, *_ = gathering.next()
 count = 16
 parts = [_nephroid.part(scene, round, index, count, asked, None) for index in range(1, count + 1)]
 together = threading.Barrier(4)

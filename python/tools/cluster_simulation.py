@@ -581,8 +581,8 @@ def _measured_film() -> tuple[dict[str, Any], dict[str, Any]]:
     # A round in which each replicate has the photons of a task.
     run = asked(photons=32 * TASK)
     gathering = _nephroid.Gathering(scene, run)
-    (wanted, _) = gathering.next()
-    setups = [_timed(_nephroid.part, scene, (0, 32, 1), 1, 32, run, _goes_on)[0] for _ in range(3)]
+    wanted, *_ = gathering.next()
+    setups = [_timed(_nephroid.part, scene, (0, 32, 1, 0), 1, 32, run, _goes_on)[0] for _ in range(3)]
     made = [_timed(_nephroid.part, scene, wanted, i, 32, run, _goes_on) for i in range(1, 6)]
     first = []
     for _ in range(3):
@@ -630,7 +630,7 @@ def _errors(scene: Any, run: Any, most: int) -> tuple[list[tuple[int, float]], l
     gathering = _nephroid.Gathering(scene, run)
     done, errors, judged = 0, [], []
     while True:
-        seconds, (wanted, _) = _timed(gathering.next)
+        seconds, (wanted, *_) = _timed(gathering.next)
         judged.append(seconds)
         if gathering.relative_error is not None:
             errors.append((done, gathering.relative_error))

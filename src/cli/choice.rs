@@ -1,8 +1,8 @@
-//! The sensor and the method of `nephroid render`.
+//! The sensor and the method of `nephroid render` and `nephroid merge`.
 
-use super::args::RenderArgs;
+use super::args::{MergeArgs, RenderArgs, SettingArgs};
 use crate::method::Method;
-use crate::method::wanted::Wanted;
+use crate::method::wanted::{Chosen, Wanted};
 use crate::run::Error;
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
@@ -25,12 +25,38 @@ pub(super) fn choose(
         is_shard: args.shard.is_some(),
         filter: args.filter.wanted(),
     };
-    let chosen = wanted.choose(scene, &|key| args.settings.typed(key));
-    let chosen = chosen.map_err(|error| match error {
+    let chosen = chosen(&wanted, &args.settings, scene)?;
+    Ok((chosen.sensor, chosen.method, chosen.notice))
+}
+
+/// The sensor, and the method that the shards were made by.
+///
+/// # Errors
+///
+/// As [`choose`].
+pub(super) fn choose_merged(
+    args: &MergeArgs,
+    method: &str,
+    scene: &Scene,
+) -> anyhow::Result<(Sensor, Method)> {
+    let given = args.settings.and(&args.set)?;
+    let wanted = Wanted {
+        sensor: args.sensor.as_deref(),
+        method: Some(method),
+        given: &given,
+        is_shard: true,
+        filter: args.filter.wanted(),
+    };
+    let chosen = chosen(&wanted, &args.settings, scene)?;
+    Ok((chosen.sensor, chosen.method))
+}
+
+fn chosen(wanted: &Wanted, settings: &SettingArgs, scene: &Scene) -> anyhow::Result<Chosen> {
+    let chosen = wanted.choose(scene, &|key| settings.typed(key));
+    Ok(chosen.map_err(|error| match error {
         // A method's name is no setting, even if it is spelled like one.
         Error::Setting(SettingError::Unknown { ref what, .. }) if what == "method" => error,
-        Error::Setting(error) => args.settings.retold(error).into(),
+        Error::Setting(error) => settings.retold(error).into(),
         error => error,
-    })?;
-    Ok((chosen.sensor, chosen.method, chosen.notice))
+    })?)
 }

@@ -1,7 +1,6 @@
 //! `nephroid render`: from a scene file to a map with its error bar.
 
-use std::fs::File;
-use std::io::{self, BufReader};
+use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
@@ -18,8 +17,7 @@ use super::scene::load;
 use super::summary::Summary;
 use crate::film::atomic;
 use crate::method::Method;
-use crate::reference::photons::Shard;
-use crate::reference::photons::shard::Part;
+use crate::reference::shard::Shard;
 use crate::run::{Budget, Context};
 use crate::scene::{Scene, Sensor};
 use crate::study::file;
@@ -83,14 +81,14 @@ fn trace_shard(
     path: &Path,
     context: &Context,
 ) -> anyhow::Result<Outcome> {
-    let part = progress::watch(&context.progress, || {
+    let file = progress::watch(&context.progress, || {
         method.run_shard(scene, sensor, shard, context)
     })?;
-    let Some(part) = part else {
+    let Some(contents) = file else {
         eprintln!("stopped: nothing was written, part of a shard is of no use");
         return Ok(Outcome::Incomplete);
     };
-    write_shard(&part, path)?;
+    atomic::write(path, |file| file.write_all(&contents))?;
     say!("wrote {}", path.display());
     Ok(Outcome::Complete)
 }
@@ -113,22 +111,6 @@ pub(super) fn finish(run: &Run, path: &Path, json: bool) -> anyhow::Result<()> {
         say!("{}", summary.to_string().trim_end());
     }
     Ok(())
-}
-
-fn write_shard(part: &Part, path: &Path) -> anyhow::Result<()> {
-    atomic::write(path, |file| part.write_to(file).map_err(io::Error::other))?;
-    Ok(())
-}
-
-/// Reads a shard.
-///
-/// # Errors
-///
-/// Where the file is missing or no shard.
-pub(super) fn read_shard(path: &Path) -> anyhow::Result<Part> {
-    let place = || path.display().to_string();
-    let file = File::open(path).with_context(place)?;
-    Part::read_from(BufReader::new(file)).with_context(place)
 }
 
 /// What a limit on the program's memory \[bytes\] leaves for scene and run.

@@ -1,5 +1,7 @@
 //! The interface of a reference, as the table of methods sees it.
 
+use crate::reference::parts::{Divided, GatherError, Gathered, Next, Part};
+use crate::reference::shard::{Round, Shard};
 use crate::run::{Budget, Context, Cost, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values};
@@ -48,6 +50,68 @@ pub(super) trait Reference: Sync {
 
     /// Fills a sensor.
     fn run(&self, job: &Job) -> Result<Rendering, Error>;
+
+    /// The same in parts; `None` if its runs are made in one piece.
+    fn in_parts(&self) -> Option<&dyn InParts> {
+        None
+    }
+}
+
+/// A reference whose runs can be divided.
+pub(super) trait Divisible: Sync {
+    /// A run, set up.
+    type Setup<'a>: Divided;
+
+    /// Sets a run up.
+    fn setup<'a>(&self, job: &Job<'a>) -> Result<Self::Setup<'a>, Error>;
+
+    /// The result of a run, made in one piece or put together of parts.
+    fn rendering<'a>(
+        &self,
+        job: &Job<'a>,
+        setup: &Self::Setup<'a>,
+        found: <Self::Setup<'a> as Divided>::Found,
+    ) -> Rendering;
+}
+
+/// Runs in parts, whatever the reference.
+pub(super) trait InParts: Sync {
+    /// The file of one part of each round; `None` if it was stopped before its end.
+    fn run_shard(&self, job: &Job, shard: Shard) -> Result<Option<Vec<u8>>, GatherError>;
+
+    /// One part of one round; `None` if it was stopped before its end.
+    fn run_part(&self, job: &Job, round: Round, shard: Shard) -> Result<Option<Part>, Error>;
+
+    /// All parts of all rounds, put together.
+    fn merge(&self, job: &Job, shards: &Gathered) -> Result<Rendering, GatherError>;
+
+    /// The round that is needed next, or the result.
+    fn next(&self, job: &Job, gathered: &Gathered) -> Result<Next<Rendering>, GatherError>;
+}
+
+impl<T: Divisible> InParts for T {
+    fn run_shard(&self, job: &Job, shard: Shard) -> Result<Option<Vec<u8>>, GatherError> {
+        let setup = self.setup(job)?;
+        setup.run_shard(&job.sensor.id, job.budget, shard)
+    }
+
+    fn run_part(&self, job: &Job, round: Round, shard: Shard) -> Result<Option<Part>, Error> {
+        self.setup(job)?.run_part(&job.sensor.id, round, shard)
+    }
+
+    fn merge(&self, job: &Job, shards: &Gathered) -> Result<Rendering, GatherError> {
+        let setup = self.setup(job)?;
+        let found = setup.merge(&job.sensor.id, shards)?;
+        Ok(self.rendering(job, &setup, found))
+    }
+
+    fn next(&self, job: &Job, gathered: &Gathered) -> Result<Next<Rendering>, GatherError> {
+        let setup = self.setup(job)?;
+        Ok(match setup.next(&job.sensor.id, job.budget, gathered)? {
+            Next::Round(wanted) => Next::Round(wanted),
+            Next::Done(found) => Next::Done(Box::new(self.rendering(job, &setup, *found))),
+        })
+    }
 }
 
 /// A run that is asked for.

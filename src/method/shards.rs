@@ -1,21 +1,21 @@
 //! Parts of a run, traced apart and put together to the bits of the run in one piece.
 
 use super::Method;
-use super::references::photons;
-use super::warnings;
-use crate::reference::photons::gather::{GatherError, Gathered, Next, Wanted, check_gathered};
-use crate::reference::photons::run::Setup;
-use crate::reference::photons::shard::{Part, Round, ShardError, check_budget};
-use crate::reference::photons::{PhotonSettings, Shard};
+use super::entry::Entry;
+use super::reference::{InParts, Job};
+use crate::reference::parts::divided::{check_budget, check_gathered};
+use crate::reference::parts::{GatherError, Gathered, Next, Part};
+use crate::reference::shard::{Round, Shard};
 use crate::run::{Budget, Context, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 
 impl Method {
-    /// Traces one part of a run. `None` if it was stopped before its end: part of a shard is of no use.
+    /// Traces one part of a run: a part of each of its rounds. Returns the contents of a shard's file; `None`
+    /// if it was stopped before its end: part of a shard is of no use.
     ///
     /// # Errors
     ///
-    /// If the method is not photons, its settings limit time or error, or as [`Method::run`].
+    /// If the method's runs are made in one piece, its settings limit time or error, or as [`Method::run`].
     #[doc(hidden)]
     pub fn run_shard(
         &self,
@@ -23,42 +23,28 @@ impl Method {
         sensor: &Sensor,
         shard: Shard,
         context: &Context,
-    ) -> Result<Option<Part>, Error> {
-        self.check_memory(scene, sensor, context)?;
-        let settings = self.divided(check_budget)?;
-        context.install(|| {
-            let setup = Setup::new(scene, sensor, settings, &context.progress)?;
-            setup.run_shard(&sensor.id, &self.budget(), shard)
+    ) -> Result<Option<Vec<u8>>, GatherError> {
+        self.in_parts(scene, sensor, context, check_budget, |method, job| {
+            method.run_shard(job, shard)
         })
     }
 
-    /// Puts the parts of a run together: the bits of the run in one piece.
+    /// Puts the shards of a run together: the bits of the run in one piece.
     ///
     /// # Errors
     ///
-    /// If a part is of another run, missing or doubled, or as [`Method::run_shard`].
+    /// If a shard is of another run, missing or doubled, or as [`Method::run_shard`].
     #[doc(hidden)]
     pub fn merge(
         &self,
         scene: &Scene,
         sensor: &Sensor,
-        parts: Vec<Part>,
+        shards: &Gathered,
         context: &Context,
-    ) -> Result<Rendering, MergeError> {
-        self.check_memory(scene, sensor, context)
-            .map_err(Error::from)?;
-        let settings = self.divided(check_budget).map_err(Error::from)?;
-        // Direct light is measured here, on the threads asked for.
-        context
-            .install(|| {
-                let setup = Setup::new(scene, sensor, settings, &context.progress)?;
-                let warnings = warnings::of_photons(scene, setup.light().is_empty());
-                Ok(setup
-                    .merge(&sensor.id, parts)
-                    .map(|estimate| photons::rendering(scene, &settings, estimate, warnings))
-                    .map(|rendering| self.described(rendering, sensor)))
-            })?
-            .map_err(MergeError::from)
+    ) -> Result<Rendering, GatherError> {
+        let merge = |method: &dyn InParts, job: &Job| method.merge(job, shards);
+        let rendering = self.in_parts(scene, sensor, context, check_budget, merge)?;
+        Ok(self.described(rendering, sensor))
     }
 
     /// Traces one part of a round. `None` if it was stopped before its end.
@@ -75,11 +61,8 @@ impl Method {
         shard: Shard,
         context: &Context,
     ) -> Result<Option<Part>, Error> {
-        self.check_memory(scene, sensor, context)?;
-        let settings = self.divided(check_gathered)?;
-        context.install(|| {
-            let setup = Setup::new(scene, sensor, settings, &context.progress)?;
-            setup.run_part(&sensor.id, round, shard)
+        self.in_parts(scene, sensor, context, check_gathered, |method, job| {
+            method.run_part(job, round, shard)
         })
     }
 
@@ -87,7 +70,8 @@ impl Method {
     ///
     /// # Errors
     ///
-    /// If the method is not photons, its settings limit time, parts do not fit, or as [`Method::run`].
+    /// If the method's runs are made in one piece, its settings limit time, parts do not fit, or as
+    /// [`Method::run`].
     #[doc(hidden)]
     pub fn next(
         &self,
@@ -95,67 +79,55 @@ impl Method {
         sensor: &Sensor,
         gathered: &Gathered,
         context: &Context,
-    ) -> Result<NextPart, MergeError> {
+    ) -> Result<Next<Rendering>, GatherError> {
+        let next = |method: &dyn InParts, job: &Job| method.next(job, gathered);
+        Ok(
+            match self.in_parts(scene, sensor, context, check_gathered, next)? {
+                Next::Round(wanted) => Next::Round(wanted),
+                Next::Done(rendering) => Next::Done(Box::new(self.described(*rendering, sensor))),
+            },
+        )
+    }
+
+    /// Does part of a run on the threads asked for, if its limits pass `check`.
+    fn in_parts<T: Send, E: Send + From<Error>>(
+        &self,
+        scene: &Scene,
+        sensor: &Sensor,
+        context: &Context,
+        check: impl Fn(&Budget) -> Result<(), Refusal>,
+        work: impl FnOnce(&dyn InParts, &Job) -> Result<T, E> + Send,
+    ) -> Result<T, E> {
         self.check_memory(scene, sensor, context)
             .map_err(Error::from)?;
-        let settings = self.divided(check_gathered).map_err(Error::from)?;
-        context
-            .install(|| {
-                let setup = Setup::new(scene, sensor, settings, &context.progress)?;
-                let next = setup.next(&sensor.id, &self.budget(), gathered);
-                Ok(next.map(|next| match next {
-                    Next::Round(wanted) => NextPart::Round(wanted),
-                    Next::Done(estimate) => {
-                        let warnings = warnings::of_photons(scene, setup.light().is_empty());
-                        let rendering = photons::rendering(scene, &settings, *estimate, warnings);
-                        NextPart::Done(Box::new(self.described(rendering, sensor)))
-                    }
-                }))
-            })?
-            .map_err(MergeError::from)
+        let method = self.divisible().map_err(Error::from)?;
+        self.supports(scene, sensor).map_err(Error::from)?;
+        let budget = self.budget();
+        check(&budget).map_err(Error::from)?;
+        let job = Job {
+            scene,
+            sensor,
+            values: &self.values,
+            budget: &budget,
+            context,
+        };
+        context.install(|| Ok(work(method, &job)))?
     }
 
-    /// The settings of a run that can be divided, if its limits pass `check`.
-    fn divided(
-        &self,
-        check: impl Fn(&Budget) -> Result<(), Refusal>,
-    ) -> Result<PhotonSettings, Refusal> {
-        if self.name() != "photons" {
-            return Err(Refusal::new(format!(
-                "shards are for --method photons: a run of {} is made in one piece",
+    /// The method, if its runs can be divided.
+    fn divisible(&self) -> Result<&dyn InParts, Refusal> {
+        let method = match &self.entry {
+            Entry::Reference(one) => one.in_parts(),
+            Entry::Technique(_) => None,
+        };
+        method.ok_or_else(|| {
+            let names = Entry::references().filter(|one| one.in_parts().is_some());
+            let names: Vec<&str> = names.map(|one| one.about().name).collect();
+            Refusal::new(format!(
+                "shards are for --method {}: a run of {} is made in one piece",
+                names.join(", "),
                 self.name()
-            )));
-        }
-        check(&self.budget())?;
-        Ok(photons::settings(&self.values, PhotonSettings::default()))
-    }
-}
-
-/// What becomes of a run in parts.
-#[derive(Debug)]
-pub enum NextPart {
-    /// It needs the parts of a round.
-    Round(Wanted),
-    /// It is done.
-    Done(Box<Rendering>),
-}
-
-/// An error that ends a merge.
-#[derive(Debug, thiserror::Error)]
-pub enum MergeError {
-    /// The run cannot be set up.
-    #[error(transparent)]
-    Run(#[from] Error),
-    /// The parts do not fit together.
-    #[error(transparent)]
-    Shard(#[from] ShardError),
-}
-
-impl From<GatherError> for MergeError {
-    fn from(error: GatherError) -> Self {
-        match error {
-            GatherError::Run(error) => Self::Run(error),
-            GatherError::Shard(error) => Self::Shard(error),
-        }
+            ))
+        })
     }
 }

@@ -90,7 +90,7 @@ fn options_that_contradict_all_light_and_receivers_are_refused() {
         ),
         (
             &["--shard", "1/2", "--photons", "9", "-o", "a.shard"],
-            "shards are for --method photons",
+            "shards are for --method photons, path, photon-map: a run of full is made in one piece",
         ),
         (&["--seen", "anyhow"], "\"--seen\"; it is one of photon-map"),
         (

@@ -14,6 +14,7 @@ mod path;
 mod probe;
 mod program;
 mod same_bits;
+mod shards;
 mod study;
 mod study_file;
 mod tables;

@@ -7,7 +7,8 @@ use flate2::Compression;
 use flate2::bufread::GzDecoder;
 use image::{DynamicImage, ImageFormat};
 use nephroid::internals::method::Method;
-use nephroid::internals::reference::photons::Shard;
+use nephroid::internals::reference::parts::{Divided, Part};
+use nephroid::internals::reference::shard::Shard;
 use nephroid::internals::run::{Budget, Context};
 use nephroid::internals::scene::Scene;
 use nephroid::{Image, read_exr};
@@ -15,7 +16,7 @@ use nephroid::{Image, read_exr};
 use super::changed::{SCENE, load_text};
 use super::honest::{Kind, written};
 use super::replay::{corpora, inputs, packed};
-use crate::entries::{PLAIN, TABLES, TARGETS, small_run};
+use crate::entries::{NEXT, PLAIN, TABLES, TARGETS, small_runs};
 use crate::support::geometry::icosphere;
 use crate::support::mutation::{PACKINGS, film, obj, ply, serialized, serialized_contents};
 
@@ -137,16 +138,42 @@ fn films() -> Vec<Vec<u8>> {
     all
 }
 
-/// A shard as it is written, and with plain sums; without the hash at its end.
+/// Shards of each method as they are written, and with plain sums; without the hash at the end of their parts.
 fn shards() -> Vec<Vec<u8>> {
-    let (setup, sensor) = small_run();
-    let part = setup
-        .run_shard(sensor, &Budget::work(64), Shard::WHOLE)
-        .unwrap()
-        .unwrap();
-    let mut whole = Vec::new();
-    part.write_to(&mut whole).unwrap();
-    whole.truncate(whole.len() - 32);
+    let (photons, maps, paths) = small_runs();
+    let [photons, maps, paths] = [
+        photons.run_shard("meter", &Budget::work(64), Shard::WHOLE),
+        // Rounds of one, two and one map.
+        maps.run_shard("camera", &Budget::work(4 * 2 * 16), Shard::WHOLE),
+        paths.run_shard("camera", &Budget::work(4), Shard::WHOLE),
+    ]
+    .map(|file| without_hashes(&file.unwrap().unwrap()));
+    let all = |parts: &[Vec<u8>]| parts.join(NEXT);
+    let plain: Vec<Vec<u8>> = maps.iter().map(|part| plain_sums(part)).collect();
+    let photons_plain = plain_sums(&photons[0]);
+    vec![
+        all(&photons),
+        photons_plain,
+        all(&maps),
+        all(&plain),
+        all(&paths),
+    ]
+}
+
+/// The parts of a shard without their hashes.
+fn without_hashes(file: &[u8]) -> Vec<Vec<u8>> {
+    let parts = Part::read_all(file).unwrap();
+    let bytes = parts.iter().map(|part| {
+        let mut bytes = Vec::new();
+        part.write_to(&mut bytes).unwrap();
+        bytes.truncate(bytes.len() - 32);
+        bytes
+    });
+    bytes.collect()
+}
+
+/// The same with sums that are not deflated.
+fn plain_sums(whole: &[u8]) -> Vec<u8> {
     let at = whole.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
     let lines = at.map(|(at, _)| at + 1).nth(1).unwrap();
     let mut plain = [PLAIN, &whole[..lines]].concat();
@@ -159,7 +186,7 @@ fn shards() -> Vec<Vec<u8>> {
         plain.extend(sums);
         rest = decoder.into_inner();
     }
-    vec![whole, plain]
+    plain
 }
 
 /// The contents of tables of all kinds, and of the borders of shells.

@@ -9,6 +9,7 @@ mod closed_forms;
 mod estimators;
 mod full;
 mod pairwise;
+mod parts;
 
 #[path = "../support/mod.rs"]
 mod support;

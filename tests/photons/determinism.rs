@@ -6,15 +6,16 @@ use std::process::Command;
 use nephroid::internals::film::{Image, exr};
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::StreamKind;
-use nephroid::internals::reference::photons::gather::{Gathered, Next, Wanted};
+use nephroid::internals::reference::parts::{Divided, Gathered, Next, Part, Wanted};
 use nephroid::internals::reference::photons::run::Setup;
-use nephroid::internals::reference::photons::shard::{Part, Round};
-use nephroid::internals::reference::photons::{PhotonSettings, Shard, run};
+use nephroid::internals::reference::photons::{PhotonSettings, run};
+use nephroid::internals::reference::shard::{Round, Shard};
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::Estimate;
 use nephroid::internals::run::Progress;
 use nephroid::internals::scene::Scene;
 
+use crate::support::parts;
 use crate::support::scenes::meter;
 
 fn scene_path(name: &str) -> PathBuf {
@@ -121,7 +122,7 @@ fn another_seed_gives_other_bits() {
 }
 
 #[test]
-fn three_shards_merge_to_the_bits_of_the_whole_run() {
+fn shards_merge_to_the_bits_of_the_whole_run() {
     for name in ["glass-ball.xml", "cornell-glass.xml"] {
         let scene = load(name);
         let sensor = meter(&scene);
@@ -130,18 +131,10 @@ fn three_shards_merge_to_the_bits_of_the_whole_run() {
         let progress = Progress::default();
         let setup = Setup::new(&scene, sensor, settings, &progress).unwrap();
         let whole = bits(&setup.run(&budget).unwrap());
-        // Out of order, and through the bytes of their files.
-        let parts = [2, 0, 1].map(|index| {
-            let part = setup
-                .run_shard(&sensor.id, &budget, Shard { index, count: 3 })
-                .unwrap()
-                .unwrap();
-            let mut bytes = Vec::new();
-            part.write_to(&mut bytes).unwrap();
-            Part::read_from(&bytes[..]).unwrap()
-        });
-        let merged = bits(&setup.merge(&sensor.id, parts.into()).unwrap());
-        assert!(whole == merged, "{name}");
+        for count in [1, 3, 7] {
+            let merged = bits(&parts::merged(&setup, &sensor.id, &budget, count));
+            assert!(whole == merged, "{name} in {count} parts");
+        }
     }
 }
 
@@ -150,7 +143,7 @@ fn shards_of_different_runs_do_not_merge() {
     let scene = load("glass-ball.xml");
     let sensor = meter(&scene);
     let progress = Progress::default();
-    let part = |seed: u64, index: u32, budget: &Budget| {
+    let shard = |seed: u64, index: u32, budget: &Budget| {
         let settings = PhotonSettings {
             seed,
             ..settings(StreamKind::Sobol)
@@ -164,45 +157,33 @@ fn shards_of_different_runs_do_not_merge() {
     let setup = Setup::new(&scene, sensor, settings(StreamKind::Sobol), &progress).unwrap();
     let few = photons(1_000);
     let cases = [
-        (vec![part(11, 0, &few), part(12, 1, &few)], "settings"),
+        (vec![shard(11, 0, &few), shard(12, 1, &few)], "settings"),
         (
-            vec![part(11, 0, &few), part(11, 1, &photons(2_000))],
+            vec![shard(11, 0, &few), shard(11, 1, &photons(2_000))],
             "photons",
         ),
-        (vec![part(11, 0, &few)], "needs each of them once"),
+        (vec![shard(11, 1, &few)], "given were [2]"),
         (
-            vec![part(11, 0, &few), part(11, 0, &few)],
+            vec![shard(11, 0, &few), shard(11, 0, &few)],
             "needs each of them once",
         ),
+        (Vec::new(), "needs each of them once"),
     ];
-    for (parts, reason) in cases {
-        let error = setup.merge(&sensor.id, parts).unwrap_err().to_string();
+    for (files, reason) in cases {
+        let error = match parts::read(files.iter().map(Vec::as_slice)) {
+            Ok(shards) => setup.merge(&sensor.id, &shards).unwrap_err().to_string(),
+            Err(error) => error.to_string(),
+        };
         assert!(error.contains(reason), "{error}");
     }
-}
-
-/// The estimate of a run whose rounds are traced in parts, the last part first; and the rounds that it had.
-fn gathered(setup: &Setup, sensor: &str, budget: &Budget, count: u32) -> (Estimate, Vec<Round>) {
-    let mut gathered = Gathered::default();
-    let (mut rounds, mut keys) = (Vec::new(), Vec::new());
-    loop {
-        match setup.next(sensor, budget, &gathered).unwrap() {
-            Next::Done(estimate) => return (*estimate, rounds),
-            Next::Round(wanted) => {
-                assert!(!keys.contains(&wanted.key), "{wanted:?}");
-                for index in (0..count).rev() {
-                    let shard = Shard { index, count };
-                    let part = setup.run_part(sensor, wanted.round, shard);
-                    let mut bytes = Vec::new();
-                    part.unwrap().unwrap().write_to(&mut bytes).unwrap();
-                    let part = Part::read_from(&bytes[..]).unwrap();
-                    gathered.add(&wanted, shard, part).unwrap();
-                }
-                rounds.push(wanted.round);
-                keys.push(wanted.key);
-            }
-        }
-    }
+    // A part of a round that somebody asked for is no shard: nobody knows what is to follow.
+    let Ok(Next::Round(wanted)) = setup.next(&sensor.id, &few, &Gathered::default()) else {
+        panic!("no round");
+    };
+    let part = setup.run_part(&sensor.id, wanted.round, Shard::WHOLE);
+    let mut shards = Gathered::default();
+    let error = shards.add_shard(part.unwrap()).unwrap_err().to_string();
+    assert!(error.contains("no shard"), "{error}");
 }
 
 #[test]
@@ -228,9 +209,9 @@ fn rounds_in_parts_have_the_bits_of_the_whole_run() {
         let setup = Setup::new(&scene, meter(&scene), settings, &progress).unwrap();
         let whole = setup.run(&budget).unwrap();
         for count in [1, 3, 40] {
-            let (parts, rounds) = gathered(&setup, sensor, &budget, count);
-            assert!(bits(&whole) == bits(&parts), "{name} in {count} parts");
-            assert_eq!(whole.incomplete, parts.incomplete);
+            let (found, rounds) = parts::gathered(&setup, sensor, &budget, count);
+            assert!(bits(&whole) == bits(&found), "{name} in {count} parts");
+            assert_eq!(whole.incomplete, found.incomplete);
             assert!(expected.contains(&rounds.len()), "{name}: {rounds:?}");
         }
     }
@@ -251,7 +232,7 @@ fn parts_that_are_doubled_missing_or_of_another_run_are_not_gathered() {
     let (setup, other) = (of_seed(11), of_seed(12));
     let budget = photons(1_000);
     let empty = Gathered::default();
-    let of_round = |setup: &Setup, budget: &Budget| -> Wanted {
+    let of_round = |setup: &Setup, budget: &Budget| -> Box<Wanted> {
         match setup.next(sensor, budget, &empty) {
             Ok(Next::Round(wanted)) => wanted,
             other => panic!("{other:?}"),
@@ -269,7 +250,7 @@ fn parts_that_are_doubled_missing_or_of_another_run_are_not_gathered() {
     let mut gathered = Gathered::default();
     // Nor are they the first of their round.
     let longer = Round {
-        photons_each: 2 * round.photons_each,
+        each: 2 * round.each,
         ..round
     };
     for (wrong, reason) in [
@@ -326,12 +307,8 @@ fn a_damaged_shard_is_refused_and_never_a_panic() {
     let sensor = meter(&scene);
     let progress = Progress::default();
     let setup = Setup::new(&scene, sensor, settings(StreamKind::Sobol), &progress).unwrap();
-    let part = setup
-        .run_shard(&sensor.id, &photons(500), Shard::WHOLE)
-        .unwrap()
-        .unwrap();
-    let mut bytes = Vec::new();
-    part.write_to(&mut bytes).unwrap();
+    let file = setup.run_shard(&sensor.id, &photons(500), Shard::WHOLE);
+    let bytes = file.unwrap().unwrap();
     for length in [0, 1, 16, 17, 100, 1_000, bytes.len() / 2, bytes.len() - 1] {
         assert!(Part::read_from(&bytes[..length]).is_err(), "{length}");
     }
@@ -347,7 +324,7 @@ fn a_damaged_shard_is_refused_and_never_a_panic() {
         assert!(Part::read_from(&damaged[..]).is_err(), "{place}");
     }
     assert!(Part::read_from(&[&bytes[..], b"\n"].concat()[..]).is_err());
-    let old = [b"nephroid shard 2", &bytes[first..]].concat();
+    let old = [b"nephroid shard 3", &bytes[first..]].concat();
     let error = Part::read_from(&old[..]).unwrap_err().to_string();
     assert!(error.contains("make it again"), "{error}");
 }
@@ -366,16 +343,15 @@ fn a_shard_whose_header_contradicts_its_sums_is_refused() {
     let progress = Progress::default();
     let setup = Setup::new(&scene, sensor, settings(StreamKind::Sobol), &progress).unwrap();
     let shard = Shard { index: 1, count: 3 };
-    let part = setup.run_shard(&sensor.id, &photons(500), shard).unwrap();
-    let mut bytes = Vec::new();
-    part.unwrap().write_to(&mut bytes).unwrap();
+    let file = setup.run_shard(&sensor.id, &photons(500), shard);
+    let bytes = file.unwrap().unwrap();
     let ends = line_ends(&bytes);
     let header = std::str::from_utf8(&bytes[ends[0] + 1..ends[1]]).unwrap();
     let replicates = settings(StreamKind::Sobol).replicates;
     for (old, new, says) in [
         (
-            format!("\"replicates\":{replicates},\"photons_each\""),
-            "\"replicates\":99,\"photons_each\"",
+            format!("\"replicates\":{replicates},\"each\""),
+            "\"replicates\":99,\"each\"",
             "its sums have",
         ),
         (
@@ -384,10 +360,16 @@ fn a_shard_whose_header_contradicts_its_sums_is_refused() {
             "allowed are 0 to 2",
         ),
         ("\"count\":3".to_owned(), "\"count\":0", "part 1 of 0"),
-        (format!("\"texels\":{}", 48 * 48), "\"texels\":7", "texels"),
+        ("\"size\":[48,48]".to_owned(), "\"size\":[48,7]", "texels"),
+        ("[48,48]".to_owned(), "[48,2000000]", "allowed are up to"),
         (
-            "\"photons_each\":100".to_owned(),
-            "\"photons_each\":18446744073709551615",
+            "\"method\":\"photons\"".to_owned(),
+            "\"method\":\"path\"",
+            "not of its method",
+        ),
+        (
+            "\"each\":100".to_owned(),
+            "\"each\":18446744073709551615",
             "2^64",
         ),
         (

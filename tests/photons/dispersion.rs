@@ -7,15 +7,17 @@ use glam::DVec3;
 use nephroid::internals::geometry::{Ray, TraversalCounters};
 use nephroid::internals::mitsuba;
 use nephroid::internals::numeric::StreamKind;
+use nephroid::internals::reference::parts::Divided;
+use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::reference::photons::run::Setup;
-use nephroid::internals::reference::photons::shard::Part;
-use nephroid::internals::reference::photons::{PhotonSettings, Shard};
+use nephroid::internals::reference::shard::Shard;
 use nephroid::internals::run::{Budget, Estimate, Progress};
 use nephroid::internals::scene::{Material, MaterialsAtWavelength, Scene, requirements};
 use nephroid::internals::spectrum::Wavelengths;
 use nephroid::internals::transport::scatter::{Interaction, ShadingNormals, Way};
 use nephroid::{Context, Method};
 
+use crate::support::parts;
 use crate::support::scenes::{bundled_file, layer, meter, over_floor};
 use crate::support::student::two_sided_quantile;
 use crate::support::{Photons, bundled, loaded};
@@ -200,38 +202,29 @@ fn one_two_and_five_threads_and_shards_give_the_same_bits() {
         let alone = on(1);
         assert!(alone == on(2) && alone == on(5));
         let setup = Setup::new(&scene, meter(&scene), settings, &progress).unwrap();
-        let parts = [1, 0].map(|index| {
-            let shard = Shard { index, count: 2 };
-            let part = setup.run_shard("meter", &budget, shard).unwrap().unwrap();
-            let mut bytes = Vec::new();
-            part.write_to(&mut bytes).unwrap();
-            Part::read_from(&bytes[..]).unwrap()
-        });
-        let merged = setup.merge("meter", parts.into_iter().collect()).unwrap();
+        let merged = parts::merged(&setup, "meter", &budget, 2);
         assert!(alone == bits(&merged), "shards");
     }
 }
 
 #[test]
 fn shards_of_another_glass_are_of_another_run() {
-    let part = |scene: &Scene| {
+    let shard_of = |scene: &Scene| {
         let progress = Progress::default();
         let setup = Setup::new(scene, meter(scene), PhotonSettings::default(), &progress).unwrap();
         let shard = Shard { index: 0, count: 1 };
-        setup
-            .run_shard("meter", &Budget::work(64), shard)
-            .unwrap()
-            .unwrap()
+        let file = setup.run_shard("meter", &Budget::work(64), shard);
+        parts::read([&file.unwrap().unwrap()[..]]).unwrap()
     };
     let scene = dispersed("prism", 4, "prism", "bk7");
     let progress = Progress::default();
     let setup = Setup::new(&scene, meter(&scene), PhotonSettings::default(), &progress).unwrap();
-    assert!(setup.merge("meter", vec![part(&scene)]).is_ok());
+    assert!(setup.merge("meter", &shard_of(&scene)).is_ok());
     let other = dispersed("prism", 4, "prism", "f2");
-    assert!(setup.merge("meter", vec![part(&other)]).is_err());
+    assert!(setup.merge("meter", &shard_of(&other)).is_err());
     assert!(
         setup
-            .merge("meter", vec![part(&bundled("prism", 4))])
+            .merge("meter", &shard_of(&bundled("prism", 4)))
             .is_err()
     );
 }

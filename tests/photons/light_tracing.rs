@@ -8,15 +8,17 @@ use nephroid::internals::mitsuba;
 use nephroid::internals::radiometry::Rgb;
 use nephroid::internals::reference::beams;
 use nephroid::internals::reference::beams::BeamSettings;
+use nephroid::internals::reference::parts::Divided;
+use nephroid::internals::reference::photons::PhotonSettings;
 use nephroid::internals::reference::photons::run::Setup;
-use nephroid::internals::reference::photons::shard::Part;
-use nephroid::internals::reference::photons::{PhotonSettings, Shard};
+use nephroid::internals::reference::shard::Shard;
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::{Estimate, Layer, LayerName, Progress, Quantity};
 use nephroid::internals::scene::{Color, Material, ReconstructionFilter, Scene};
 use nephroid::internals::transport::camera::Camera;
 
 use crate::support;
+use crate::support::parts;
 use crate::support::seen::{self, FloorView, Map, sensor, with_films};
 use crate::support::student;
 
@@ -210,14 +212,8 @@ fn threads_and_shards_do_not_change_a_bit() {
     let progress = Progress::default();
     let camera = sensor(scene(), "camera");
     let setup = Setup::new(scene(), camera, settings, &progress).unwrap();
-    let parts = [1, 0].map(|index| {
-        let shard = Shard { index, count: 2 };
-        let part = setup.run_shard("camera", &photons(20_000), shard).unwrap();
-        let mut bytes = Vec::new();
-        part.unwrap().write_to(&mut bytes).unwrap();
-        Part::read_from(&bytes[..]).unwrap()
-    });
-    assert!(bits(&setup.merge("camera", parts.into()).unwrap()) == alone);
+    let merged = parts::merged(&setup, "camera", &photons(20_000), 2);
+    assert!(bits(&merged) == alone);
 }
 
 #[test]
@@ -227,11 +223,10 @@ fn shards_traced_with_one_filter_are_no_part_of_a_run_with_another() {
     let mut wide = plain.clone();
     wide.film.filter = ReconstructionFilter::Tent { radius: 1.0 };
     let setup = |sensor| Setup::new(scene(), sensor, settings(), &progress).unwrap();
-    let part = setup(&wide)
-        .run_shard("camera", &photons(20_000), Shard::WHOLE)
-        .unwrap();
+    let file = setup(&wide).run_shard("camera", &photons(20_000), Shard::WHOLE);
+    let shards = parts::read([&file.unwrap().unwrap()[..]]).unwrap();
     let error = setup(plain)
-        .merge("camera", vec![part.unwrap()])
+        .merge("camera", &shards)
         .unwrap_err()
         .to_string();
     assert!(

@@ -9,11 +9,14 @@ use glam::{DVec2, DVec3};
 use nephroid::internals::numeric::SampleMoments;
 use nephroid::internals::optics::dielectric_reflectance;
 use nephroid::internals::radiometry::Rgb;
+use nephroid::internals::reference::parts::{Divided, Gathered, Part};
 use nephroid::internals::reference::photon_map;
 use nephroid::internals::reference::photon_map::finish::CONFIDENCE;
+use nephroid::internals::reference::photon_map::setup::Setup;
 use nephroid::internals::reference::photon_map::{PhotonMapReport, PhotonMapSettings, Seen};
 use nephroid::internals::reference::photons;
 use nephroid::internals::reference::photons::PhotonSettings;
+use nephroid::internals::reference::shard::Shard;
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::Error;
 use nephroid::internals::run::{CombineError, Estimate, Layer, LayerName, Progress, Quantity};
@@ -21,6 +24,7 @@ use nephroid::internals::scene::Scene;
 use nephroid::internals::transport::camera::Camera;
 
 use crate::support;
+use crate::support::parts;
 use crate::support::seen::{self, FloorView, Map, sensor, with_films};
 
 const WIDTH: usize = 80;
@@ -449,4 +453,108 @@ fn meters_and_settings_out_of_range_are_refused() {
         assert!(message.contains(expected), "{message}");
         assert!(message.contains("allowed"), "{message}");
     }
+}
+
+/// All that a run of maps tells, bit by bit.
+fn bits((estimate, report): &(Estimate, PhotonMapReport)) -> Vec<u64> {
+    let layers = [&estimate.total].into_iter().chain(&estimate.layers);
+    let of_layer = |layer: &Layer| {
+        let interval = layer.interval.clone().unwrap();
+        [
+            layer.values.clone(),
+            layer.standard_error.clone(),
+            interval.low,
+            interval.high,
+        ]
+    };
+    let bias = [report.bias.clone(), report.bias_standard_error.clone()];
+    let maps = layers.flat_map(of_layer).chain(bias);
+    let mut all: Vec<u64> = maps
+        .flatten()
+        .flat_map(|value| value.0.map(f64::to_bits))
+        .collect();
+    let counters = estimate.counters;
+    all.extend([
+        counters.rays,
+        counters.node_visits,
+        counters.primitive_tests,
+    ]);
+    all.extend([estimate.paths, estimate.incomplete.into(), report.passes]);
+    all.extend(estimate.relative_error.map(f64::to_bits));
+    all
+}
+
+#[test]
+fn maps_in_parts_have_the_bits_of_the_whole_run() {
+    let settings = PhotonMapSettings {
+        photons: PhotonSettings {
+            replicates: 5,
+            ..PhotonSettings::default()
+        },
+        map_photons: 1 << 12,
+        seen: Seen::Anyhow,
+        ..PhotonMapSettings::default()
+    };
+    let camera = sensor(behind_pane(), "camera");
+    let progress = Progress::default();
+    let setup = Setup::new(behind_pane(), camera, settings, &progress).unwrap();
+    let maps = 5 << 12;
+    // Rounds of 1, 2, 4 and 3 maps.
+    let budget = Budget::work(10 * maps);
+    let whole = setup.run(&budget).unwrap();
+    assert_eq!(whole.1.passes, 10);
+    // More parts than replicates: two have nothing to do.
+    for count in [1, 3, 7] {
+        let merged = parts::merged(&setup, "camera", &budget, count);
+        assert!(bits(&merged) == bits(&whole), "{count} shards");
+        let (found, rounds) = parts::gathered(&setup, "camera", &budget, count);
+        assert!(bits(&found) == bits(&whole), "{count} parts");
+        let each: Vec<u64> = rounds.iter().map(|round| round.each).collect();
+        assert_eq!(each, [1, 2, 4, 3]);
+    }
+    // To four fifths of its error: rounds of 1, 2, 4 and 8 maps or one more.
+    let budget = Budget::error(0.8 * whole.0.relative_error.unwrap());
+    let whole = setup.run(&budget).unwrap();
+    let (found, rounds) = parts::gathered(&setup, "camera", &budget, 2);
+    assert!(bits(&found) == bits(&whole));
+    assert!((4..6).contains(&rounds.len()), "{rounds:?}");
+}
+
+#[test]
+fn a_shard_that_lost_rounds_is_no_shorter_run() {
+    let settings = PhotonMapSettings {
+        photons: PhotonSettings {
+            replicates: 2,
+            ..PhotonSettings::default()
+        },
+        map_photons: 1 << 8,
+        ..PhotonMapSettings::default()
+    };
+    let camera = sensor(behind_pane(), "camera");
+    let progress = Progress::default();
+    let setup = Setup::new(behind_pane(), camera, settings, &progress).unwrap();
+    let budget = Budget::work(7 * 2 * 256);
+    let shard = Shard { index: 0, count: 1 };
+    let file = setup.run_shard("camera", &budget, shard).unwrap().unwrap();
+    for lost in 0..3 {
+        let mut rounds = Part::read_all(&file[..]).unwrap();
+        assert_eq!(rounds.len(), 3);
+        rounds.remove(lost);
+        let mut shards = Gathered::default();
+        shards.add_shard(rounds).unwrap();
+        let error = setup.merge("camera", &shards).unwrap_err().to_string();
+        assert!(
+            error.contains(&format!("lack round {}", lost + 1)),
+            "{error}"
+        );
+    }
+    // More maps than any run has would take as long to be told as to be made.
+    let ends = file.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+    let ends: Vec<usize> = ends.map(|(at, _)| at + 1).take(2).collect();
+    let header = std::str::from_utf8(&file[ends[0]..ends[1]]).unwrap();
+    let many = header.replace("\"each\":1,", "\"each\":4611686018427387904,");
+    assert!(many != header, "{header}");
+    let changed = [&file[..ends[0]], many.as_bytes(), &file[ends[1]..]].concat();
+    let error = Part::read_all(&changed[..]).unwrap_err().to_string();
+    assert!(error.contains("allowed are up to"), "{error}");
 }

@@ -19,9 +19,13 @@ use nephroid::internals::film::bitmap::{Bitmap, BitmapEncoding};
 use nephroid::internals::film::exr;
 use nephroid::internals::metric::{CompareImage, CompareSettings, compare};
 use nephroid::internals::mitsuba;
+use nephroid::internals::reference::parts::{Divided, Gathered, Part};
+use nephroid::internals::reference::path::PathSettings;
+use nephroid::internals::reference::path::run::Setup as Paths;
+use nephroid::internals::reference::photon_map::PhotonMapSettings;
+use nephroid::internals::reference::photon_map::setup::Setup as PhotonMaps;
 use nephroid::internals::reference::photons::PhotonSettings;
-use nephroid::internals::reference::photons::run::Setup;
-use nephroid::internals::reference::photons::shard::Part;
+use nephroid::internals::reference::photons::run::Setup as Photons;
 use nephroid::internals::run::Progress;
 use nephroid::internals::scene::Scene;
 use nephroid::internals::setting::Values;
@@ -111,50 +115,84 @@ fn study(bytes: &[u8]) {
     drop(frames(&[text]));
 }
 
-/// The run of the shards that are read, and its sensor.
-pub fn small_run() -> (&'static Setup<'static>, &'static str) {
-    static RUN: OnceLock<(Setup<'static>, &'static str)> = OnceLock::new();
-    let (setup, sensor) = RUN.get_or_init(|| {
+/// The runs of the shards that are read: photons on `meter`, photon maps and paths of `camera`.
+type SmallRuns = (Photons<'static>, PhotonMaps<'static>, Paths<'static>);
+
+/// Those of a small scene.
+pub fn small_runs() -> &'static SmallRuns {
+    static RUNS: OnceLock<SmallRuns> = OnceLock::new();
+    RUNS.get_or_init(|| {
         const SCENE: &str = r#"<scene version="3.0.0">
             <emitter type="point"><point name="position" x="0" y="0" z="3"/></emitter>
             <shape type="sphere"><point name="center" x="0" y="0" z="1"/><float name="radius" value="0.5"/><bsdf type="dielectric"/></shape>
-            <shape type="rectangle"><sensor type="irradiancemeter"><film type="hdrfilm">
+            <shape type="rectangle"><sensor type="irradiancemeter" id="meter"><film type="hdrfilm">
                 <integer name="width" value="2"/><integer name="height" value="2"/><rfilter type="box"/>
-            </film></sensor></shape></scene>"#;
+            </film></sensor></shape>
+            <sensor type="perspective" id="camera"><transform name="to_world">
+                <lookat origin="0, -3, 2" target="0, 0, 0" up="0, 0, 1"/>
+            </transform><film type="hdrfilm">
+                <integer name="width" value="3"/><integer name="height" value="2"/><rfilter type="gaussian"/>
+            </film></sensor></scene>"#;
         let scene = mitsuba::load(&file("shards.xml", SCENE.as_bytes()), &[]).expect("a scene");
         let scene: &'static Scene = Box::leak(Box::new(scene));
         let progress: &'static Progress = Box::leak(Box::default());
-        let settings = PhotonSettings {
+        let sensor = |id: &str| scene.sensors().iter().find(|it| it.id == id).expect("a sensor");
+        let photons = PhotonSettings {
             replicates: 2,
             ..PhotonSettings::default()
         };
-        let sensor = &scene.sensors()[0];
-        let setup = Setup::new(scene, sensor, settings, progress).expect("a run");
-        (setup, sensor.id.as_str())
-    });
-    (setup, sensor)
+        let maps = PhotonMapSettings {
+            photons,
+            map_photons: 16,
+            ..PhotonMapSettings::default()
+        };
+        let paths = PathSettings {
+            replicates: 2,
+            ..PathSettings::default()
+        };
+        (
+            Photons::new(scene, sensor("meter"), photons, progress).expect("a run"),
+            PhotonMaps::new(scene, sensor("camera"), maps, progress).expect("a run"),
+            Paths::new(scene, sensor("camera"), paths, progress).expect("a run"),
+        )
+    })
 }
 
 /// The first bytes of a shard whose sums are not deflated: changes of what is deflated would all be found by
 /// checksums, and what is behind these would be tried by nobody.
 pub const PLAIN: &[u8] = b"plain sums\n";
 
-/// A shard without the hash at its end, and its merge: a whole run of a small scene.
+/// What is between the parts of a shard of several rounds.
+pub const NEXT: &[u8] = b"\nnext part\n";
+
+/// A shard whose parts lack the hash at their end, and its merge: a whole run of a small scene.
 fn shard(bytes: &[u8]) {
-    let deflated;
-    let bytes = match bytes.strip_prefix(PLAIN) {
-        Some(plain) => {
-            deflated = deflate_sums(plain);
-            &deflated[..]
-        }
-        None => bytes,
+    let mut file = Vec::new();
+    let mut seal = |part: &[u8]| {
+        let part = match part.strip_prefix(PLAIN) {
+            Some(plain) => deflate_sums(plain),
+            None => part.to_vec(),
+        };
+        file.extend(&part);
+        file.extend(blake3::hash(&part).as_bytes());
     };
-    let sealed = [bytes, blake3::hash(bytes).as_bytes()].concat();
-    let Ok(part) = Part::read_from(&sealed[..]) else {
+    let mut rest = bytes;
+    while let Some(at) = rest.windows(NEXT.len()).position(|there| there == NEXT) {
+        seal(&rest[..at]);
+        rest = &rest[at + NEXT.len()..];
+    }
+    seal(rest);
+    let mut shards = Gathered::default();
+    let added = Part::read_all(&file[..]).and_then(|parts| shards.add_shard(parts));
+    let (Ok(()), Ok(method)) = (added, Part::method_of(&file[..])) else {
         return;
     };
-    let (setup, sensor) = small_run();
-    drop(setup.merge(sensor, vec![part]));
+    let (photons, maps, paths) = small_runs();
+    match method.as_str() {
+        "photons" => drop(photons.merge("meter", &shards)),
+        "photon-map" => drop(maps.merge("camera", &shards)),
+        _ => drop(paths.merge("camera", &shards)),
+    }
 }
 
 /// The bytes of a shard from two lines, and sums each after its length in 16 bits.

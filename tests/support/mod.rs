@@ -22,6 +22,7 @@ pub mod measured;
 pub mod mutation;
 pub mod oracles;
 pub mod parity;
+pub mod parts;
 pub mod paths;
 pub mod pool;
 pub mod probes;

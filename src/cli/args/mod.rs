@@ -117,7 +117,7 @@ pub struct MergeArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// The sensor the shards were made for [default: the first irradiancemeter]
+    /// The sensor the shards were made for [default: that of `nephroid render` with their method]
     #[arg(long, value_name = "ID")]
     pub sensor: Option<String>,
 
@@ -128,6 +128,10 @@ pub struct MergeArgs {
     /// The settings the shards were made with
     #[command(flatten)]
     pub settings: SettingArgs,
+
+    /// Other settings that the shards were made with, as of `nephroid render`
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::parse_define)]
+    pub set: Vec<(String, String)>,
 
     /// Print the summary as JSON
     #[arg(long)]

@@ -5,7 +5,7 @@ use std::time::Duration;
 use glam::DVec2;
 
 use crate::metric::Figure;
-use crate::reference::photons::Shard;
+use crate::reference::shard::Shard;
 use crate::setting::{self, Words as _};
 use crate::transport::scatter::ShadingNormals;
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::parse::{parse_bytes, parse_define, parse_shard};
 use super::{CacheArgs, SceneArgs, SettingArgs};
-use crate::reference::photons::Shard;
+use crate::reference::shard::Shard;
 use crate::scene::{ReconstructionFilter, Sensor};
 
 /// `nephroid render`.
@@ -53,7 +53,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 
-    /// Trace only part K of N of a run of photons and write its sums, for `nephroid merge`
+    /// Trace only part K of N of a run of photons, photon maps or paths and write its sums, for
+    /// `nephroid merge` [method by default: photons]
     #[arg(long, value_name = "K/N", value_parser = parse_shard)]
     pub shard: Option<Shard>,
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::super::args::{CacheArgs, parse_define, parse_fraction, parse_shard};
-use crate::reference::photons::Shard;
+use crate::reference::shard::Shard;
 use crate::study::file::StudyCandidate;
 use crate::study::limit::{self, StudyLimit};
 

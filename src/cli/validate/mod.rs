@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use super::outcome::Outcome;
 use super::progress;
 use super::render::set_threads;
-use crate::reference::photons::Shard;
+use crate::reference::shard::Shard;
 use crate::study::StudyFile;
 use crate::study::file::{StudyWishes, report_folder};
 use crate::study::report::{PosesReport, StudyReport, Timings, markdown};

@@ -1,12 +1,13 @@
 //! Paths from a camera as a method.
 
 use crate::method::memory;
-use crate::method::reference::{About, Job, Reference};
+use crate::method::reference::{About, Divisible, InParts, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
-use crate::reference::path::{self, DEFAULT_SAMPLES, PathSettings};
+use crate::reference::path::run::Setup;
+use crate::reference::path::{self, DEFAULT_SAMPLES, PathReport, PathSettings};
 use crate::run::format::relative;
-use crate::run::{Budget, Cost, Counter, Error, Progress, Refusal, Rendering};
+use crate::run::{Budget, Cost, Counter, Error, Estimate, Progress, Refusal, Rendering};
 use crate::scene::{Integrator, Scene, Sensor};
 use crate::setting::table::row;
 use crate::setting::{Kind, Setting, Values};
@@ -131,9 +132,31 @@ impl Reference for Path {
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {
+        let setup = self.setup(job)?;
+        let found = setup.run(job.budget)?;
+        Ok(self.rendering(job, &setup, found))
+    }
+
+    fn in_parts(&self) -> Option<&dyn InParts> {
+        Some(self)
+    }
+}
+
+impl Divisible for Path {
+    type Setup<'a> = Setup<'a>;
+
+    fn setup<'a>(&self, job: &Job<'a>) -> Result<Setup<'a>, Error> {
         let settings = settings(job.values, job.scene.integrator());
-        let progress = &job.context.progress;
-        let (estimate, report) = path::run(job.scene, job.sensor, settings, job.budget, progress)?;
+        Setup::new(job.scene, job.sensor, settings, &job.context.progress)
+    }
+
+    fn rendering(
+        &self,
+        job: &Job,
+        _: &Setup,
+        (estimate, report): (Estimate, PathReport),
+    ) -> Rendering {
+        let settings = settings(job.values, job.scene.integrator());
         let mut warnings: Vec<String> = warnings::cut_off(report.cut_off).into_iter().collect();
         warnings.extend(warnings::no_emitter(job.scene));
         if report.samples == 0 {
@@ -149,7 +172,7 @@ impl Reference for Path {
                 relative(estimate.relative_error, !estimate.incomplete)
             ),
         ];
-        Ok(Rendering {
+        Rendering {
             replicates: Some(settings.replicates),
             summary,
             warnings,
@@ -158,6 +181,6 @@ impl Reference for Path {
                 .reporting("path", report)
                 .reporting("seed", settings.seed)
                 .reporting("settings", settings)
-        })
+        }
     }
 }

@@ -2,13 +2,13 @@
 
 use super::photons::{self, counted, error_line};
 use crate::method::memory;
-use crate::method::reference::{About, Job, Reference};
+use crate::method::reference::{About, Divisible, InParts, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
 use crate::reference::photon_map::setup::{Setup, check_camera};
-use crate::reference::photon_map::{PHOTON_BYTES, PhotonMapSettings, Seen};
+use crate::reference::photon_map::{PHOTON_BYTES, PhotonMapReport, PhotonMapSettings, Seen};
 use crate::run::format::relative;
-use crate::run::{Cost, Error, Progress, Refusal, Rendering};
+use crate::run::{Cost, Error, Estimate, Progress, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::table::row;
 use crate::setting::{Kind, Setting, Values, words_of};
@@ -137,10 +137,32 @@ impl Reference for PhotonMap {
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {
+        let setup = self.setup(job)?;
+        let found = setup.run(job.budget)?;
+        Ok(self.rendering(job, &setup, found))
+    }
+
+    fn in_parts(&self) -> Option<&dyn InParts> {
+        Some(self)
+    }
+}
+
+impl Divisible for PhotonMap {
+    type Setup<'a> = Setup<'a>;
+
+    fn setup<'a>(&self, job: &Job<'a>) -> Result<Setup<'a>, Error> {
         let settings = settings(job.values);
-        let setup = Setup::new(job.scene, job.sensor, settings, &job.context.progress)?;
+        Setup::new(job.scene, job.sensor, settings, &job.context.progress)
+    }
+
+    fn rendering(
+        &self,
+        job: &Job,
+        setup: &Setup,
+        (estimate, report): (Estimate, PhotonMapReport),
+    ) -> Rendering {
+        let settings = settings(job.values);
         let mut warnings = warnings::of_photons(job.scene, setup.light().is_empty());
-        let (estimate, report) = setup.run(job.budget)?;
         if report.passes == 0 {
             warnings.push(warnings::ended_before("pass", "caustic"));
         }
@@ -164,7 +186,7 @@ impl Reference for PhotonMap {
             ("bias".to_owned(), report.bias.clone()),
             ("bias.stderr".to_owned(), report.bias_standard_error.clone()),
         ];
-        Ok(Rendering {
+        Rendering {
             replicates: Some(settings.photons.replicates),
             summary,
             warnings,
@@ -175,6 +197,6 @@ impl Reference for PhotonMap {
                 .reporting("photons", paths)
                 .reporting("seed", settings.photons.seed)
                 .reporting("settings", settings)
-        })
+        }
     }
 }

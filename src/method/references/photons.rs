@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::method::memory::{self, Layers, channels};
-use crate::method::reference::{About, Job, Reference};
+use crate::method::reference::{About, Divisible, InParts, Job, Reference};
 use crate::method::rows;
 use crate::method::warnings;
 use crate::reference::photons::run::Setup;
@@ -119,42 +119,49 @@ impl Reference for Photons {
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {
+        let setup = self.setup(job)?;
+        let estimate = setup.run(job.budget)?;
+        Ok(self.rendering(job, &setup, estimate))
+    }
+
+    fn in_parts(&self) -> Option<&dyn InParts> {
+        Some(self)
+    }
+}
+
+impl Divisible for Photons {
+    type Setup<'a> = Setup<'a>;
+
+    fn setup<'a>(&self, job: &Job<'a>) -> Result<Setup<'a>, Error> {
         let settings = settings(job.values, PhotonSettings::default());
-        let setup = Setup::new(job.scene, job.sensor, settings, &job.context.progress)?;
+        Setup::new(job.scene, job.sensor, settings, &job.context.progress)
+    }
+
+    fn rendering(&self, job: &Job, setup: &Setup, mut estimate: Estimate) -> Rendering {
+        let (scene, settings) = (job.scene, settings(job.values, PhotonSettings::default()));
         let is_dark = setup.light().is_empty();
-        let mut warnings = warnings::of_photons(job.scene, is_dark);
-        let mut estimate = setup.run(job.budget)?;
+        let mut warnings = warnings::of_photons(scene, is_dark);
         if estimate.paths == 0 && !is_dark {
             estimate.incomplete = true;
             warnings.push(warnings::ended_before("replicate", "caustic"));
         }
-        Ok(rendering(job.scene, &settings, estimate, warnings))
-    }
-}
-
-/// The result of photons, traced in one piece or put together of shards.
-pub(crate) fn rendering(
-    scene: &Scene,
-    settings: &PhotonSettings,
-    estimate: Estimate,
-    mut warnings: Vec<String>,
-) -> Rendering {
-    warnings.extend(warnings::unknown_direct(&estimate));
-    warnings.extend(warnings::of_camera(scene, &estimate, "photons", false));
-    let paths = estimate.paths;
-    let mut summary = vec![error_line(&estimate)];
-    summary.extend(spectral_line(scene));
-    let counts = estimate.counts.iter().map(|count| *count as f64);
-    Rendering {
-        scalars: vec![("count.Y".to_owned(), counts.collect())],
-        replicates: Some(settings.replicates),
-        summary,
-        warnings,
-        unit: "photons",
-        ..reporting_dispersion(scene, Rendering::new(estimate))
-            .reporting("photons", paths)
-            .reporting("seed", settings.seed)
-            .reporting("settings", settings)
+        warnings.extend(warnings::unknown_direct(&estimate));
+        warnings.extend(warnings::of_camera(scene, &estimate, "photons", false));
+        let paths = estimate.paths;
+        let mut summary = vec![error_line(&estimate)];
+        summary.extend(spectral_line(scene));
+        let counts = estimate.counts.iter().map(|count| *count as f64);
+        Rendering {
+            scalars: vec![("count.Y".to_owned(), counts.collect())],
+            replicates: Some(settings.replicates),
+            summary,
+            warnings,
+            unit: "photons",
+            ..reporting_dispersion(scene, Rendering::new(estimate))
+                .reporting("photons", paths)
+                .reporting("seed", settings.seed)
+                .reporting("settings", settings)
+        }
     }
 }
 

@@ -14,9 +14,10 @@
 //! small lamp rarely: see [`path_class`](crate::transport::path_class). Layers are those classes, and
 //! [`PathSettings::classes`] leaves out what another method is to measure.
 
+pub(super) mod bands;
 pub mod run;
 mod settings;
-mod sums;
+pub(super) mod sums;
 mod tiles;
 mod tracer;
 

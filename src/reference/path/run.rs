@@ -2,12 +2,14 @@
 
 use std::time::{Duration, Instant};
 
+use super::bands::Bands;
 use super::settings::{DEFAULT_SAMPLES, PathSettings};
 use super::sums::{RoundSums, Rounds};
 use super::tiles::Job;
 use super::tracer::shining_shapes;
 use crate::numeric::Stream;
 use crate::reference::rounds::{self, Schedule};
+use crate::reference::shard::Round;
 use crate::run::{Budget, Error, Estimate, Progress, Quantity};
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
@@ -19,9 +21,9 @@ use crate::transport::path_class::PathClasses;
 
 /// A run, set up: everything its paths need.
 pub struct Setup<'a> {
-    scene: &'a Scene,
-    settings: PathSettings,
-    camera: Camera,
+    pub(in crate::reference) scene: &'a Scene,
+    pub(in crate::reference) settings: PathSettings,
+    pub(in crate::reference) camera: Camera,
     lights: Lights<'a>,
     shines: Vec<bool>,
     progress: &'a Progress,
@@ -89,12 +91,18 @@ impl<'a> Setup<'a> {
     pub fn time_of_replicate(&self, most: Duration) -> Option<Duration> {
         let stop = || self.progress.is_stopped();
         let stream = Stream::new(self.settings.stream, self.settings.seed).split(TIMED);
-        self.job(stream, 1, &stop, &|_| ()).time(most)
+        self.job(self.all_rows(), stream, 1, &stop, &|_| ())
+            .time(most)
     }
 
-    /// One randomisation.
+    fn all_rows(&self) -> Bands {
+        Bands::whole(self.camera.height())
+    }
+
+    /// One randomisation of some rows.
     fn job<'b>(
         &'b self,
+        bands: Bands,
         stream: Stream,
         samples: u64,
         stop: &'b (dyn Fn() -> bool + Sync),
@@ -105,6 +113,7 @@ impl<'a> Setup<'a> {
             lights: &self.lights,
             shines: &self.shines,
             camera: &self.camera,
+            bands,
             settings: &self.settings,
             stream,
             samples,
@@ -119,13 +128,23 @@ impl<'a> Setup<'a> {
     ///
     /// If a sample is not a finite number.
     pub fn run(&self, budget: &Budget) -> Result<(Estimate, PathReport), Error> {
-        self.progress.count_camera_paths();
+        let (schedule, mut run) = self.begun(budget, Instant::now());
+        let incomplete = schedule.spend(&mut run)?;
+        Ok(run.estimate(incomplete))
+    }
+
+    /// A run that begins, and the schedule by which it spends its budget.
+    pub(in crate::reference) fn begun<'b>(
+        &'b self,
+        budget: &'b Budget,
+        start: Instant,
+    ) -> (Schedule<'b>, Run<'b, 'a>) {
         let (replicates, most) = self.division(budget.work.unwrap_or(if budget.is_work_only() {
             DEFAULT_SAMPLES
         } else {
             u64::MAX
         }));
-        let mut run = Run {
+        let run = Run {
             setup: self,
             replicates,
             rounds: Rounds::new(self.camera.width() * self.camera.height()),
@@ -133,19 +152,13 @@ impl<'a> Setup<'a> {
         let schedule = Schedule {
             budget,
             progress: self.progress,
-            start: Instant::now(),
+            start,
             first: 1,
             most,
             hopeless: DEFAULT_SAMPLES.div_ceil(u64::from(replicates)),
             is_in_one: true,
         };
-        let incomplete = schedule.spend(&mut run)?;
-        let report = PathReport {
-            samples: run.rounds.samples(),
-            cut_off: run.rounds.cut_off,
-        };
-        let estimate = self.estimate(&run.rounds, incomplete || run.rounds.samples() == 0);
-        Ok((estimate, report))
+        (schedule, run)
     }
 
     /// Number of replicates, and of samples a pixel of each, for a run of `samples`.
@@ -154,30 +167,31 @@ impl<'a> Setup<'a> {
         (replicates as u32, samples.max(1) / replicates)
     }
 
-    /// Traces one round; fewer replicates if it is stopped.
-    fn round(
+    /// Traces a round, of so many samples a pixel and replicate, or some of its rows; fewer replicates if it
+    /// is stopped.
+    pub(in crate::reference) fn round(
         &self,
-        rounds: &Rounds,
-        number: u64,
-        samples: u64,
-        replicates: u32,
+        round: Round,
+        bands: Bands,
         deadline: Option<Instant>,
     ) -> Result<RoundSums, Error> {
+        self.progress.count_camera_paths();
         let stop = || self.progress.is_over(deadline);
         let finished = |paths: u64| self.progress.add(paths);
-        let root = Stream::new(self.settings.stream, self.settings.seed).split(number);
-        let mut sums = RoundSums::new(self.camera.width() * self.camera.height());
+        let root = Stream::new(self.settings.stream, self.settings.seed).split(round.number);
+        let width = self.camera.width();
+        let mut sums = RoundSums::new(bands.rows().count() * width);
         let mut shown = Instant::now();
-        for replicate in 0..replicates {
+        for replicate in 0..round.replicates {
             let stream = root.split(u64::from(replicate));
-            let job = self.job(stream, samples, &stop, &finished);
+            let job = self.job(bands, stream, round.each, &stop, &finished);
             if replicate == 0 {
                 let started = self.progress.done();
                 self.progress
-                    .expect(started + job.paths() * u64::from(replicates));
+                    .expect(started + job.paths() * u64::from(round.replicates));
             }
             let Some(image) = job.trace() else { break };
-            sums.add(&image);
+            sums.add(&image.of_rows(bands, width));
             if let Some((count, at)) = sums.not_finite {
                 return Err(Error::NotRepresentable(format!(
                     "{count} samples are infinite or not a number, the first at film coordinates ({}, {}): the \
@@ -185,7 +199,7 @@ impl<'a> Setup<'a> {
                     at.x, at.y
                 )));
             }
-            if rounds.samples() == 0 && shown.elapsed() > SHOW_EVERY {
+            if round.before == 0 && shown.elapsed() > SHOW_EVERY {
                 shown = Instant::now();
                 self.progress.set_relative_error(sums.relative_error());
             }
@@ -205,7 +219,7 @@ impl<'a> Setup<'a> {
             layers: rounds.classes(),
             counts: vec![rounds.samples(); width * height],
             ledger: Ledger::default(),
-            paths: rounds.samples() * sampled as u64,
+            paths: rounds.samples().saturating_mul(sampled as u64),
             counters: rounds.counters,
             relative_error: rounds.relative_error(),
             incomplete: incomplete || total.is_unknown(),
@@ -215,22 +229,45 @@ impl<'a> Setup<'a> {
 }
 
 /// A run under way: its rounds so far.
-struct Run<'a, 's> {
-    setup: &'a Setup<'s>,
-    replicates: u32,
+pub struct Run<'a, 's> {
+    pub(in crate::reference) setup: &'a Setup<'s>,
+    pub(in crate::reference) replicates: u32,
     rounds: Rounds,
+}
+
+impl Run<'_, '_> {
+    /// Adds a round of so many samples a pixel and replicate. True if it has all replicates.
+    pub(in crate::reference) fn add(&mut self, round: &RoundSums, samples: u64) -> bool {
+        // One replicate says nothing of its own error: beside earlier rounds it is no use.
+        if round.replicates > 1 || self.rounds.samples() == 0 {
+            self.rounds.add(round, samples);
+        }
+        round.replicates == self.replicates
+    }
+
+    /// The estimate of all rounds, and the report on them.
+    pub(in crate::reference) fn estimate(self, incomplete: bool) -> (Estimate, PathReport) {
+        let rounds = self.rounds;
+        let report = PathReport {
+            samples: rounds.samples(),
+            cut_off: rounds.cut_off,
+        };
+        let incomplete = incomplete || report.samples == 0;
+        (self.setup.estimate(&rounds, incomplete), report)
+    }
 }
 
 impl rounds::Rounds for Run<'_, '_> {
     fn trace(&mut self, number: u64, each: u64, deadline: Option<Instant>) -> Result<bool, Error> {
-        let round = self
-            .setup
-            .round(&self.rounds, number, each, self.replicates, deadline)?;
-        // One replicate says nothing of its own error: beside earlier rounds it is no use.
-        if round.replicates() > 1 || self.rounds.samples() == 0 {
-            self.rounds.add(&round, each);
-        }
-        Ok(round.replicates() == self.replicates)
+        let round = Round {
+            number,
+            replicates: self.replicates,
+            each,
+            before: self.done(),
+        };
+        let setup = self.setup;
+        let sums = setup.round(round, setup.all_rows(), deadline)?;
+        Ok(self.add(&sums, each))
     }
 
     fn done(&self) -> u64 {

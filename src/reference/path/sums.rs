@@ -20,9 +20,11 @@
 
 use glam::DVec2;
 
+use super::bands::Bands;
 use super::tiles::ImageSums;
 use crate::geometry::TraversalCounters;
 use crate::radiometry::Rgb;
+use crate::reference::shard::Shard;
 use crate::run::estimate::relative_error;
 use crate::run::{Layer, LayerName};
 use crate::transport::path_class::PathClass;
@@ -30,24 +32,29 @@ use crate::transport::path_class::PathClass;
 /// Index of the sum of all classes, behind the classes.
 const TOTAL: usize = PathClass::ALL.len();
 
-/// Moments over the replicates of one round.
+/// Number of layers.
+pub const LAYERS: usize = TOTAL + 1;
+
+/// Moments over the replicates of one round, of an image or of some of its rows.
+#[derive(Debug)]
 pub struct RoundSums {
-    replicates: u32,
-    /// Mean of Bᵣ, and Σ (Bᵣ − B̄)².
-    weights: Vec<[f64; 2]>,
-    /// Moments of Aᵣ of each class and of their sum; empty if all replicates are black.
-    layers: [Vec<Moments>; TOTAL + 1],
+    /// Number of replicates.
+    pub replicates: u32,
+    /// By pixel, the mean of Bᵣ, and Σ (Bᵣ − B̄)².
+    pub weights: Vec<[f64; 2]>,
+    /// By pixel, moments of Aᵣ of each class and of their sum; empty if all replicates are black.
+    pub layers: [Vec<Moments>; LAYERS],
     pub counters: TraversalCounters,
     pub cut_off: u64,
     pub not_finite: Option<(u64, DVec2)>,
 }
 
 /// Mean of Aᵣ, Σ (Aᵣ − Ā)² and Σ (Aᵣ − Ā)(Bᵣ − B̄), kept as in Welford (*Technometrics* 4(3), 1962).
-#[derive(Clone, Copy, Default)]
-struct Moments {
-    mean: Rgb,
-    squares: Rgb,
-    products: Rgb,
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Moments {
+    pub mean: Rgb,
+    pub squares: Rgb,
+    pub products: Rgb,
 }
 
 impl RoundSums {
@@ -63,9 +70,28 @@ impl RoundSums {
         }
     }
 
-    /// Number of replicates.
-    pub fn replicates(&self) -> u32 {
-        self.replicates
+    /// The moments of an image of `width` columns and `height` rows, from those of the rows that each of its
+    /// parts has.
+    pub fn of_parts(width: usize, height: usize, parts: &[(Shard, Self)]) -> Self {
+        let pixels = width * height;
+        let mut image = Self::new(pixels);
+        for (shard, part) in parts {
+            image.replicates = part.replicates;
+            image.counters += part.counters;
+            image.cut_off = image.cut_off.saturating_add(part.cut_off);
+            let bands = Bands::of(*shard, height);
+            put_rows(&mut image.weights, &part.weights, bands, width);
+            for (layer, moments) in image.layers.iter_mut().zip(&part.layers) {
+                if !moments.is_empty() {
+                    // A class that is black in other parts has moments of zero there.
+                    if layer.is_empty() {
+                        *layer = vec![Moments::default(); pixels];
+                    }
+                    put_rows(layer, moments, bands, width);
+                }
+            }
+        }
+        image
     }
 
     /// Adds a replicate.
@@ -135,6 +161,13 @@ impl RoundSums {
     }
 }
 
+/// Puts values of some rows of `width` pixels where they belong.
+fn put_rows<T: Copy>(image: &mut [T], values: &[T], bands: Bands, width: usize) {
+    for (row, values) in bands.rows().zip(values.chunks_exact(width)) {
+        image[row * width..(row + 1) * width].copy_from_slice(values);
+    }
+}
+
 impl Moments {
     /// Adds a replicate. `of_weight` is the distance of its weight from the mean of all weights, its own
     /// included.
@@ -153,7 +186,7 @@ pub struct Rounds {
     /// Σ nₖ.
     samples: u64,
     /// Σ nₖ Xₖ and Σ nₖ² σₖ² of each class and of their sum; empty if black.
-    layers: [Vec<[Rgb; 2]>; TOTAL + 1],
+    layers: [Vec<[Rgb; 2]>; LAYERS],
     pub counters: TraversalCounters,
     pub cut_off: u64,
 }
@@ -177,7 +210,7 @@ impl Rounds {
 
     /// Adds a round of `samples` samples a pixel and replicate. A round without replicates adds nothing.
     pub fn add(&mut self, round: &RoundSums, samples: u64) {
-        let samples = samples * u64::from(round.replicates);
+        let samples = samples.saturating_mul(round.replicates.into());
         let weight = samples as f64;
         for (sums, layer) in self.layers.iter_mut().zip(&round.layers) {
             if sums.is_empty() && !layer.is_empty() {
@@ -189,9 +222,9 @@ impl Rounds {
                 *variance += of_x * (weight * weight);
             }
         }
-        self.samples += samples;
+        self.samples = self.samples.saturating_add(samples);
         self.counters += round.counters;
-        self.cut_off += round.cut_off;
+        self.cut_off = self.cut_off.saturating_add(round.cut_off);
     }
 
     /// √(mean σ²) / mean X over lit pixels.

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::bands::{Bands, TILE};
 use super::settings::PathSettings;
 use super::tracer::{PathNumbers, RadianceByClass, Tracer};
 use crate::film::splat::{Footprint, Splatter};
@@ -19,9 +20,6 @@ use crate::scene::Scene;
 use crate::transport::camera::{Camera, PixelRay};
 use crate::transport::lights::Lights;
 use crate::transport::path_class::PathClass;
-
-/// A tile's side \[pixels\].
-const TILE: usize = 16;
 
 /// Paths followed together. Of fewer than a hundred too few would soon be left to search for by turns.
 const WAVE: usize = 512;
@@ -42,6 +40,8 @@ pub struct Job<'a> {
     pub shines: &'a [bool],
     /// The camera.
     pub camera: &'a Camera,
+    /// The rows that are wanted: those of others are not whole.
+    pub bands: Bands,
     /// Settings of the paths.
     pub settings: &'a PathSettings,
     /// The randomisation's own stream.
@@ -88,11 +88,14 @@ struct Tile {
     bottom: usize,
 }
 
-impl Tile {
-    /// Columns and rows of its pixels, row by row.
-    fn pixels(self) -> impl Iterator<Item = (usize, usize)> {
-        (self.top..self.bottom).flat_map(move |y| (self.left..self.right).map(move |x| (x, y)))
-    }
+/// A sample of a pixel.
+struct Sample<'a> {
+    /// Its point of the film.
+    at: DVec2,
+    view: PixelRay,
+    numbers: PathNumbers<'a>,
+    /// True if its path counts as work here.
+    counts: bool,
 }
 
 impl ImageSums {
@@ -120,6 +123,19 @@ impl ImageSums {
         }
     }
 
+    /// The sums of some rows of `width` pixels.
+    #[must_use]
+    pub fn of_rows(self, bands: Bands, width: usize) -> Self {
+        if bands.is_all() {
+            return self;
+        }
+        Self {
+            weights: rows_of(&self.weights, bands, width),
+            radiance: self.radiance.map(|sums| rows_of(&sums, bands, width)),
+            ..self
+        }
+    }
+
     fn note_not_finite(&mut self, count: u64, first: DVec2) {
         let (so_far, earlier) = self.not_finite.unwrap_or((0, first));
         self.not_finite = Some((so_far + count, earlier));
@@ -127,7 +143,7 @@ impl ImageSums {
 }
 
 impl Job<'_> {
-    /// Traces all samples; `None` if `stop` asked for an end before.
+    /// Traces all samples that the wanted rows gain from; `None` if `stop` asked for an end before.
     pub fn trace(&self) -> Option<ImageSums> {
         let (width, height) = (self.camera.width(), self.camera.height());
         let mut film = ImageSums::new(width * height);
@@ -167,20 +183,38 @@ impl Job<'_> {
         Some(time_of_all(busy, count, tiles.len(), threads)).filter(|time| *time <= most)
     }
 
-    /// Number of paths that [`trace`](Self::trace) starts.
+    /// Number of paths of the wanted rows.
     pub fn paths(&self) -> u64 {
+        let [right, bottom] = self.sampled();
+        let rows = (0..bottom).filter(|row| self.counts(*row)).count();
+        (right * rows) as u64 * self.samples
+    }
+
+    /// Columns and rows of pixels to sample, those beyond the film included.
+    fn sampled(&self) -> [usize; 2] {
         let border = 2 * self.camera.sampled_border();
-        let pixels = (self.camera.width() + border) * (self.camera.height() + border);
-        pixels as u64 * self.samples
+        [self.camera.width() + border, self.camera.height() + border]
+    }
+
+    /// True if the wanted rows gain from samples of this row.
+    fn is_sampled(&self, row: usize) -> bool {
+        let (reach, border) = (self.camera.filter().border(), self.camera.sampled_border());
+        self.bands.is_near(row, border, reach)
+    }
+
+    /// True if samples of this row count as work: others do for another part of the run.
+    fn counts(&self, row: usize) -> bool {
+        self.bands.counts(row, self.camera.sampled_border())
     }
 
     /// All pixels to sample, row by row of tiles.
     fn tiles(&self) -> Vec<Tile> {
-        let border = 2 * self.camera.sampled_border();
-        let right = self.camera.width() + border;
-        let bottom = self.camera.height() + border;
+        let [right, bottom] = self.sampled();
         let mut tiles = Vec::new();
         for top in (0..bottom).step_by(TILE) {
+            if !(top..(top + TILE).min(bottom)).any(|row| self.is_sampled(row)) {
+                continue;
+            }
             for left in (0..right).step_by(TILE) {
                 tiles.push(Tile {
                     left,
@@ -201,18 +235,21 @@ impl Job<'_> {
         let splatter = Splatter::new(self.camera.filter(), film.0, film.1);
         let mut footprint = Footprint::default();
         let streams = self.streams(tile);
-        let mut views = self.views(tile, &streams);
+        let mut views = self.views(tile, &streams).peekable();
         let (mut wave, mut places, mut found) = (Vec::new(), Vec::new(), Vec::new());
         loop {
             wave.clear();
             places.clear();
-            for (at, view, numbers) in views.by_ref().take(WAVE) {
-                places.push(at);
-                wave.push((view, numbers));
-            }
-            if wave.is_empty() {
+            let Some(counts) = views.peek().map(|sample| sample.counts) else {
                 break;
+            };
+            while wave.len() < WAVE
+                && let Some(sample) = views.next_if(|sample| sample.counts == counts)
+            {
+                places.push(sample.at);
+                wave.push((sample.view, sample.numbers));
             }
+            let before = (tracer.counters, tracer.cut_off);
             if (self.stop)() {
                 return None;
             }
@@ -227,37 +264,53 @@ impl Job<'_> {
                     block.sums.note_not_finite(1, at);
                 }
             }
+            if !counts {
+                (tracer.counters, tracer.cut_off) = before;
+            }
         }
         block.sums.counters = tracer.counters;
         block.sums.cut_off = tracer.cut_off;
-        let pixels = (tile.right - tile.left) * (tile.bottom - tile.top);
+        let rows = (tile.top..tile.bottom).filter(|row| self.counts(*row));
+        let pixels = (tile.right - tile.left) * rows.count();
         (self.finished)(pixels as u64 * self.samples);
         Some(block)
+    }
+
+    /// Columns and rows of a tile's pixels to sample, row by row.
+    fn pixels(&self, tile: &Tile) -> impl Iterator<Item = (usize, usize)> {
+        let rows = (tile.top..tile.bottom).filter(|row| self.is_sampled(*row));
+        rows.flat_map(|y| (tile.left..tile.right).map(move |x| (x, y)))
     }
 
     /// The streams of a tile's pixels.
     fn streams(&self, tile: &Tile) -> Vec<PaddedStream> {
         let of_pixel = |(x, y)| self.stream.split(x as u64).split(y as u64);
-        tile.pixels()
+        self.pixels(tile)
             .map(|pixel| PaddedStream::new(of_pixel(pixel), self.samples))
             .collect()
     }
 
-    /// The samples of a tile, pixel by pixel: film points, rays and numbers.
+    /// The samples of a tile, pixel by pixel.
     fn views<'b>(
         &self,
         tile: &Tile,
         streams: &'b [PaddedStream],
-    ) -> impl Iterator<Item = (DVec2, PixelRay, PathNumbers<'b>)> {
+    ) -> impl Iterator<Item = Sample<'b>> {
         let border = self.camera.sampled_border() as f64;
-        let pixels = tile.pixels().zip(streams);
+        let pixels = self.pixels(tile).zip(streams);
         pixels.flat_map(move |((x, y), stream)| {
+            let counts = self.counts(y);
             (0..self.samples).map(move |index| {
                 let numbers = PathNumbers { stream, index };
                 let [u, v, s, t] = numbers.camera();
                 let at = DVec2::new(within(x, u), within(y, v)) - border;
                 let view = self.camera.ray_through(at, DVec2::new(s, t));
-                (at, view, numbers)
+                Sample {
+                    at,
+                    view,
+                    numbers,
+                    counts,
+                }
             })
         })
     }
@@ -295,6 +348,16 @@ impl Block {
             }
         }
     }
+}
+
+/// The values of some rows of `width` pixels each; none of none.
+fn rows_of<T: Copy>(values: &[T], bands: Bands, width: usize) -> Vec<T> {
+    if values.is_empty() {
+        return Vec::new();
+    }
+    let rows = bands.rows();
+    rows.flat_map(|row| values[row * width..(row + 1) * width].iter().copied())
+        .collect()
 }
 
 /// `pixel + offset`. Rounding must not lead to the next pixel.

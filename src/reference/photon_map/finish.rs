@@ -199,7 +199,7 @@ fn relative_bias(total: &Layer, bias: &Layer) -> Option<f64> {
 
 impl Setup<'_> {
     /// The layers' names, in their order.
-    fn layer_names(&self) -> Vec<LayerName> {
+    pub(in crate::reference) fn layer_names(&self) -> Vec<LayerName> {
         let of = |by_specular: bool| {
             let name = move |signature| {
                 if by_specular {

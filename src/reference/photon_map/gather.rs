@@ -22,6 +22,7 @@ use crate::numeric::{FixedPoint, Stream};
 use crate::transport::camera::Camera;
 
 /// The films that lookups are added to: one a layer, and one for its change with √2 times the radius.
+#[derive(Debug)]
 pub struct Films {
     pub values: Vec<Accumulator>,
     pub differences: Vec<Accumulator>,

@@ -21,13 +21,13 @@
 //! disc is not all surface: that is part of the bias.
 
 pub mod finish;
-mod gather;
+pub(super) mod gather;
 pub mod map;
 mod pilot;
 pub mod run;
 pub mod settings;
 pub mod setup;
-mod sums;
+pub(super) mod sums;
 pub mod view;
 
 pub use finish::PhotonMapReport;

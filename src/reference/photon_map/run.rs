@@ -11,6 +11,7 @@ use super::sums::RoundSums;
 use crate::reference::Target;
 use crate::reference::photons::DEFAULT_PHOTONS;
 use crate::reference::rounds::{self, Schedule};
+use crate::reference::shard::Shard;
 use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
 
@@ -25,13 +26,24 @@ impl Setup<'_> {
     ///
     /// If contributions are not representable, or a map is too large.
     pub fn run(&self, budget: &Budget) -> Result<(Estimate, PhotonMapReport), Error> {
+        let (schedule, mut run) = self.begun(budget, Instant::now());
+        schedule.spend(&mut run)?;
+        Ok(run.estimate())
+    }
+
+    /// A run that begins, and the schedule by which it spends its budget.
+    pub(in crate::reference) fn begun<'b>(
+        &'b self,
+        budget: &'b Budget,
+        start: Instant,
+    ) -> (Schedule<'b>, Run<'b>) {
         let photons = budget.work.unwrap_or(if budget.is_work_only() {
             DEFAULT_PHOTONS
         } else {
             u64::MAX
         });
         let each_pass = self.settings.map_photons * u64::from(self.settings.photons.replicates);
-        let mut run = Run {
+        let run = Run {
             setup: self,
             each_pass,
             rounds: Rounds::new(self),
@@ -39,23 +51,22 @@ impl Setup<'_> {
         let schedule = Schedule {
             budget,
             progress: self.progress,
-            start: Instant::now(),
+            start,
             first: 1,
             most: (photons / each_pass).max(1),
             hopeless: DEFAULT_PHOTONS.div_ceil(each_pass),
             // The first replicate of one round would be most of the run.
             is_in_one: false,
         };
-        schedule.spend(&mut run)?;
-        let is_empty = run.rounds.passes() == 0 && !self.light.is_empty();
-        Ok(run.rounds.estimate(self.progress.is_stopped() || is_empty))
+        (schedule, run)
     }
 
-    /// All replicates of `passes` passes after the first `before`; fewer replicates if it is stopped.
-    fn round(
+    /// The shard's replicates of `passes` passes after the first `before`; fewer if it is stopped.
+    pub(in crate::reference) fn round(
         &self,
         before: u64,
         passes: u64,
+        shard: Shard,
         deadline: Option<Instant>,
     ) -> Result<RoundSums, Error> {
         let stop = || self.progress.is_over(deadline);
@@ -63,7 +74,9 @@ impl Setup<'_> {
         let (Some(camera), Target::Camera { etendue, .. }) = (self.camera(), &self.target) else {
             return Ok(sums);
         };
-        for replicate in 0..u64::from(self.settings.photons.replicates) {
+        let replicates = 0..self.settings.photons.replicates;
+        for replicate in replicates.filter(|replicate| shard.holds(*replicate)) {
+            let replicate = u64::from(replicate);
             for pass in before..before + passes {
                 let photons = self.stream(PHOTONS).split(replicate).split(pass);
                 let job = self.job(photons, &stop);
@@ -104,11 +117,31 @@ impl Setup<'_> {
 }
 
 /// A run under way: its rounds so far.
-struct Run<'a> {
-    setup: &'a Setup<'a>,
+pub struct Run<'a> {
+    pub(in crate::reference) setup: &'a Setup<'a>,
     /// Photons of one pass, all replicates together.
     each_pass: u64,
     rounds: Rounds<'a>,
+}
+
+impl Run<'_> {
+    /// Adds a round. True if it has all replicates.
+    pub(in crate::reference) fn add(&mut self, sums: &RoundSums) -> bool {
+        let is_whole = sums.replicates() == self.setup.settings.photons.replicates;
+        // One replicate says nothing of its own error, and beside whole rounds a few make bars wider.
+        if is_whole || (self.rounds.passes() == 0 && sums.replicates() > 1) {
+            self.rounds.add(sums);
+        }
+        is_whole
+    }
+
+    /// The estimate of all rounds, and the report on its bias.
+    pub(in crate::reference) fn estimate(self) -> (Estimate, PhotonMapReport) {
+        let setup = self.setup;
+        let is_empty = self.rounds.passes() == 0 && !setup.light.is_empty();
+        let incomplete = setup.progress.is_stopped() || is_empty;
+        self.rounds.estimate(incomplete)
+    }
 }
 
 impl rounds::Rounds for Run<'_> {
@@ -116,13 +149,8 @@ impl rounds::Rounds for Run<'_> {
         let before = self.rounds.passes();
         let expected = (before + each).saturating_mul(self.each_pass);
         self.setup.progress.expect(expected);
-        let sums = self.setup.round(before, each, deadline)?;
-        let is_whole = sums.replicates() == self.setup.settings.photons.replicates;
-        // One replicate says nothing of its own error, and beside whole rounds a few make bars wider.
-        if is_whole || (before == 0 && sums.replicates() > 1) {
-            self.rounds.add(&sums);
-        }
-        Ok(is_whole)
+        let sums = self.setup.round(before, each, Shard::WHOLE, deadline)?;
+        Ok(self.add(&sums))
     }
 
     fn done(&self) -> u64 {

@@ -24,16 +24,16 @@ use crate::transport::path_end::next_hit;
 
 /// A run, set up.
 pub struct Setup<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) settings: PhotonMapSettings,
-    pub(super) target: Target,
+    pub(in crate::reference) scene: &'a Scene,
+    pub(in crate::reference) settings: PhotonMapSettings,
+    pub(in crate::reference) target: Target,
     pub(super) light: LightSpace,
     pub(super) map: LayerMap,
     /// True for shapes that scatter, by shape.
     pub(super) scatters: Vec<bool>,
     /// Surfaces on which a photon is kept, in the mean.
     kept: f64,
-    pub(super) progress: &'a Progress,
+    pub(in crate::reference) progress: &'a Progress,
 }
 
 /// Numbers that keep streams of different use apart.

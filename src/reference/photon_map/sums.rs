@@ -2,12 +2,13 @@
 
 use super::gather::{Films, Pass};
 use super::setup::Setup;
-use crate::film::Accumulator;
+use crate::film::{Accumulator, AccumulatorError};
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::run::Error;
 
 /// Sums of a round, in integers: threads may add in any order.
+#[derive(Debug)]
 pub struct RoundSums {
     /// Films by layer: radiance times the target's étendue, and its change with √2 times the radius.
     pub films: Films,
@@ -44,6 +45,49 @@ impl RoundSums {
             passes,
             scale,
         }
+    }
+
+    /// Sums of `passes` passes of each replicate, as they were written. The films are not empty.
+    pub fn of_films(
+        films: Films,
+        [total, total_difference]: [Accumulator; 2],
+        counters: TraversalCounters,
+        passes: u64,
+    ) -> Self {
+        Self {
+            scale: total.scale(),
+            films,
+            total,
+            total_difference,
+            counters,
+            under_way: TraversalCounters::default(),
+            passes,
+        }
+    }
+
+    /// All films, in the order of a file: values, differences, and the sums of both over all layers.
+    pub fn all(&self) -> impl Iterator<Item = &Accumulator> {
+        let layers = self.films.values.iter().chain(&self.films.differences);
+        layers.chain([&self.total, &self.total_difference])
+    }
+
+    /// Adds the replicates of another part of the same round.
+    ///
+    /// # Errors
+    ///
+    /// If the two are not of the same round, or a sum overflows.
+    pub fn merge(&mut self, other: &Self) -> Result<(), AccumulatorError> {
+        let layers = self
+            .films
+            .values
+            .iter_mut()
+            .chain(&mut self.films.differences);
+        let films = layers.chain([&mut self.total, &mut self.total_difference]);
+        for (film, others) in films.zip(other.all()) {
+            film.merge(others)?;
+        }
+        self.counters += other.counters;
+        Ok(())
     }
 
     /// Number of replicates that have ended.

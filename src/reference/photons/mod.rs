@@ -10,21 +10,17 @@
 //! One file a step: [`mod@run`] spends the budget in rounds, [`replicate`] traces one randomisation,
 //! [`pilot`] says beforehand what light there is, [`layers`] gives path signatures their layers, [`sums`]
 //! keeps exact sums of a round, [`weights`] the largest contributions, [`finish`] turns them into an
-//! [`Estimate`](crate::run::Estimate), [`shard`] carries them from machine to machine, and [`gather`] puts
-//! them together as they come.
+//! [`Estimate`](crate::run::Estimate).
 
 pub mod bounds;
 pub mod finish;
-pub mod gather;
-mod hashed;
 pub mod layers;
 pub mod pilot;
 pub mod replicate;
 pub mod run;
 pub mod settings;
-pub mod shard;
 pub mod sums;
 pub mod weights;
 
 pub use run::run;
-pub use settings::{DEFAULT_PHOTONS, PhotonSettings, Shard};
+pub use settings::{DEFAULT_PHOTONS, PhotonSettings};

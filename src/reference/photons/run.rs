@@ -7,10 +7,11 @@ use super::finish::{Rounds, relative_error_of};
 use super::layers::LayerMap;
 use super::pilot::{PilotLight, squares_by_cell};
 use super::replicate::Job;
-use super::settings::{DEFAULT_PHOTONS, PhotonSettings, Shard};
+use super::settings::{DEFAULT_PHOTONS, PhotonSettings};
 use super::sums::RoundSums;
 use crate::numeric::{FixedPoint, Stream};
 use crate::reference::rounds::{self, Schedule};
+use crate::reference::shard::Shard;
 use crate::reference::target::{LitTexels, Target};
 use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
@@ -22,15 +23,15 @@ use crate::transport::signature::{MAX_EVENTS, Signature};
 
 /// A run, set up: everything its photons need.
 pub struct Setup<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) settings: PhotonSettings,
-    pub(super) target: Target,
+    pub(in crate::reference) scene: &'a Scene,
+    pub(in crate::reference) settings: PhotonSettings,
+    pub(in crate::reference) target: Target,
     pub(super) light: LightSpace,
     pub(super) pilot: PilotLight,
-    pub(super) map: LayerMap,
+    pub(in crate::reference) map: LayerMap,
     /// The light that errors are relative to; `None` for the photons' own.
     lit: Option<LitTexels>,
-    progress: &'a Progress,
+    pub(in crate::reference) progress: &'a Progress,
 }
 
 /// Photons of each replicate in the first round of a run that has no fixed number of them.
@@ -156,7 +157,7 @@ impl<'a> Setup<'a> {
     }
 
     /// A run that begins, and the schedule by which it spends its budget.
-    pub(super) fn begun<'b>(
+    pub(in crate::reference) fn begun<'b>(
         &'b self,
         budget: &'b Budget,
         start: Instant,
@@ -196,7 +197,7 @@ impl<'a> Setup<'a> {
     }
 
     /// Traces one round, or the shard's part of it.
-    pub(super) fn round(
+    pub(in crate::reference) fn round(
         &self,
         round: u64,
         photons: u64,
@@ -228,11 +229,6 @@ impl<'a> Setup<'a> {
         Ok(sums.unwrap_or_else(|| RoundSums::new(&job, &self.target, &self.map, photons)))
     }
 
-    /// Tells the progress how many photons there will be.
-    pub(super) fn expect(&self, photons: u64) {
-        self.progress.expect(photons);
-    }
-
     fn stream(&self, purpose: u64) -> Stream {
         Stream::new(self.settings.stream, self.settings.seed).split(purpose)
     }
@@ -255,15 +251,15 @@ impl<'a> Setup<'a> {
 }
 
 /// A run under way: its rounds so far.
-pub(super) struct Run<'a, 's> {
-    pub(super) setup: &'a Setup<'s>,
-    pub(super) replicates: u32,
+pub struct Run<'a, 's> {
+    pub(in crate::reference) setup: &'a Setup<'s>,
+    pub(in crate::reference) replicates: u32,
     rounds: Rounds,
 }
 
 impl Run<'_, '_> {
     /// Adds a round. True if it has all replicates.
-    pub(super) fn add(&mut self, sums: &RoundSums) -> bool {
+    pub(in crate::reference) fn add(&mut self, sums: &RoundSums) -> bool {
         // One replicate says nothing of its own error: beside earlier rounds it is no use.
         if sums.replicates() > 1 || self.rounds.paths() == 0 {
             self.rounds.add(sums, &self.setup.map);
@@ -272,7 +268,11 @@ impl Run<'_, '_> {
     }
 
     /// The estimate of all rounds.
-    pub(super) fn estimate(self, direct: Option<&Direct>, incomplete: bool) -> Estimate {
+    pub(in crate::reference) fn estimate(
+        self,
+        direct: Option<&Direct>,
+        incomplete: bool,
+    ) -> Estimate {
         let setup = self.setup;
         // A budget too small for a single replicate leaves no estimate at all.
         let is_nothing = self.rounds.paths() == 0 && !setup.light.is_empty();
@@ -285,7 +285,9 @@ impl Run<'_, '_> {
 impl rounds::Rounds for Run<'_, '_> {
     fn trace(&mut self, number: u64, each: u64, deadline: Option<Instant>) -> Result<bool, Error> {
         let setup = self.setup;
-        setup.expect(self.rounds.paths() + each * u64::from(self.replicates));
+        setup
+            .progress
+            .expect(self.rounds.paths() + each * u64::from(self.replicates));
         let sums = setup.round(number, each, self.replicates, Shard::WHOLE, deadline)?;
         Ok(self.add(&sums))
     }

@@ -41,31 +41,3 @@ impl Default for PhotonSettings {
 
 /// Photons of a run without any limit: 2²⁴.
 pub const DEFAULT_PHOTONS: u64 = 1 << 24;
-
-/// A part of a run: every `count`-th replicate, starting with replicate `index`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Shard {
-    /// Index of the part, counted from 0.
-    pub index: u32,
-    /// Number of parts.
-    pub count: u32,
-}
-
-impl Shard {
-    /// The whole run.
-    pub const WHOLE: Self = Self { index: 0, count: 1 };
-
-    /// Number of a run's replicates that the shard traces.
-    pub fn replicates(&self, all: u32) -> u32 {
-        if all > self.index {
-            (all - 1 - self.index) / self.count + 1
-        } else {
-            0
-        }
-    }
-
-    /// True if the shard traces this replicate.
-    pub fn holds(&self, replicate: u32) -> bool {
-        replicate % self.count == self.index
-    }
-}

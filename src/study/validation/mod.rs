@@ -24,7 +24,7 @@ use super::StudyError;
 use super::file::StudyFile;
 use super::report::{Pose, PosesReport};
 use super::session::Session;
-use crate::reference::photons::Shard;
+use crate::reference::shard::Shard;
 use crate::run::Context;
 use crate::scene::Scene;
 pub use news::{Done, Left, News, Task, Watcher};

@@ -11,7 +11,7 @@ use super::super::session::{Attributed, Obtained, Session};
 use super::super::store::StoredRun;
 use super::candidates;
 use super::news::{Done, Left, News, Task, Watcher};
-use crate::reference::photons::Shard;
+use crate::reference::shard::Shard;
 use crate::run::Context;
 
 /// Studies under way.

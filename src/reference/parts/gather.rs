@@ -1,0 +1,142 @@
+//! The parts of a run, put together as they come, in any order.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+use super::identity::{RunIdentity, ShardError};
+use super::part::Part;
+use super::sums::Sums;
+use crate::reference::shard::{Round, Shard};
+
+/// The parts that have come, round by round.
+#[derive(Debug, Default)]
+pub struct Gathered {
+    rounds: BTreeMap<u64, RoundSum>,
+    /// Work of all rounds, by shards of the whole run.
+    work: Option<u64>,
+}
+
+/// The sum of those of a round's parts that have come.
+#[derive(Debug)]
+struct RoundSum {
+    sum: Part,
+    /// Those that are in it, counted from 1.
+    given: Vec<u32>,
+}
+
+/// A round that a run needs.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Which one.
+    pub round: Round,
+    /// A hash of what its parts are made from: it names their contents.
+    pub key: String,
+    /// Its work in all, in photons or paths.
+    pub work: u64,
+    /// The most parts of which each has something to do.
+    pub most_parts: u32,
+    /// The most work that there may be after it.
+    pub left: u64,
+    pub(super) run: RunIdentity,
+}
+
+impl Gathered {
+    /// Adds the parts of a shard of a whole run.
+    ///
+    /// # Errors
+    ///
+    /// If they are of one round alone, or as [`Gathered::add`].
+    pub fn add_shard(&mut self, parts: impl IntoIterator<Item = Part>) -> Result<(), ShardError> {
+        for part in parts {
+            let whole = part.whole.ok_or(ShardError::OneRound)?;
+            let work = whole.saturating_mul(part.run.round.replicates.into());
+            let before = *self.work.get_or_insert(work);
+            if before != work {
+                let field = "the number of photons, maps or samples";
+                return Err(ShardError::differs(field, &before, &work));
+            }
+            self.put(part)?;
+        }
+        Ok(())
+    }
+
+    /// Adds a part of a round that is wanted.
+    ///
+    /// # Errors
+    ///
+    /// If it is another part than `shard`, or of another run; is there already; or a sum overflows: then all
+    /// of its round is dropped.
+    pub fn add(&mut self, wanted: &Wanted, shard: Shard, part: Part) -> Result<(), ShardError> {
+        wanted.run.compare(&part.run)?;
+        let there = part.shard;
+        if there.count != shard.count {
+            let field = "the number of shards";
+            return Err(ShardError::differs(field, &shard.count, &there.count));
+        }
+        if there.index != shard.index {
+            let [here, there] = [shard.index, there.index].map(|index| index + 1);
+            return Err(ShardError::differs("the shard", &here, &there));
+        }
+        self.put(part)
+    }
+
+    fn put(&mut self, part: Part) -> Result<(), ShardError> {
+        let Shard { index, count } = part.shard;
+        let mut place = match self.rounds.entry(part.run.round.number) {
+            Entry::Vacant(place) => {
+                let given = vec![index + 1];
+                place.insert(RoundSum { sum: part, given });
+                return Ok(());
+            }
+            Entry::Occupied(place) => place,
+        };
+        let there = place.get_mut();
+        there.sum.run.compare(&part.run)?;
+        let before = there.sum.shard.count;
+        if before != count {
+            let field = "the number of shards";
+            return Err(ShardError::differs(field, &before, &count));
+        }
+        let Err(at) = there.given.binary_search(&(index + 1)) else {
+            let mut given = there.given.clone();
+            given.push(index + 1);
+            given.sort_unstable();
+            return Err(ShardError::Incomplete { count, given });
+        };
+        if let Err(error) = there.sum.sums.merge(part.sums) {
+            // Some of it is added, and some is not.
+            place.remove();
+            return Err(error);
+        }
+        there.given.insert(at, index + 1);
+        Ok(())
+    }
+
+    /// Work of all replicates in all rounds, as shards say, in the method's unit of a round.
+    ///
+    /// # Errors
+    ///
+    /// If there is no shard.
+    pub(super) fn work(&self) -> Result<u64, ShardError> {
+        let (count, given) = (1, Vec::new());
+        self.work.ok_or(ShardError::Incomplete { count, given })
+    }
+
+    /// The sums of a round; `None` if none of its parts is there.
+    ///
+    /// # Errors
+    ///
+    /// If they are of another run than `run`, or some are missing.
+    pub(super) fn round(&self, run: &RunIdentity) -> Result<Option<&Sums>, ShardError> {
+        let Some(there) = self.rounds.get(&run.round.number) else {
+            return Ok(None);
+        };
+        run.compare(&there.sum.run)?;
+        let count = there.sum.shard.count;
+        if there.given.len() != count as usize {
+            let given = there.given.clone();
+            return Err(ShardError::Incomplete { count, given });
+        }
+        Ok(Some(&there.sum.sums))
+    }
+}
