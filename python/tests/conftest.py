@@ -11,6 +11,20 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
 
+#: A glass ball between a point light and a floor, and a camera of 20 by 40 pixels: three bands of rows.
+SMALL_VIEW = """
+<scene version="3.0.0">
+    <sensor type="perspective" id="eye">
+        <float name="fov" value="40"/>
+        <transform name="to_world"><lookat origin="0, -3, 1" target="0, 0, 0" up="0, 0, 1"/></transform>
+        <film type="hdrfilm"><integer name="width" value="20"/><integer name="height" value="40"/></film>
+    </sensor>
+    <shape type="rectangle"><transform name="to_world"><scale value="3"/><translate z="-0.5"/></transform></shape>
+    <shape type="sphere"><float name="radius" value="0.4"/><bsdf type="dielectric"/></shape>
+    <emitter type="point"><point name="position" value="0, 0, 3"/></emitter>
+</scene>
+"""
+
 
 @pytest.fixture(scope="session")
 def program() -> str:

@@ -5,18 +5,21 @@ use std::path::Path;
 use assert_cmd::Command;
 use nephroid::internals::film::{Image, exr};
 
-/// A glass ball behind a pane, over a floor.
-const SCENE: &str = "glass-ball-behind-pane";
+/// A glass ball between a point light and a floor, and a camera of three bands of rows.
+const SCENE: &str = "<scene version=\"3.0.0\"><sensor type=\"perspective\" id=\"eye\"><float name=\"fov\" value=\"40\"/>\
+    <transform name=\"to_world\"><lookat origin=\"0, -3, 1\" target=\"0, 0, 0\" up=\"0, 0, 1\"/></transform>\
+    <film type=\"hdrfilm\"><integer name=\"width\" value=\"20\"/><integer name=\"height\" value=\"40\"/></film></sensor>\
+    <shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"3\"/><translate z=\"-0.5\"/></transform>\
+    <sensor type=\"irradiancemeter\" id=\"floor\"/></shape>\
+    <shape type=\"sphere\"><float name=\"radius\" value=\"0.4\"/><bsdf type=\"dielectric\"/></shape>\
+    <emitter type=\"point\"><point name=\"position\" value=\"0, 0, 3\"/></emitter></scene>";
 
 fn run(folder: &Path, arguments: &str) {
-    let scene = crate::support::bundled_file(SCENE);
-    let scene = scene.to_str().unwrap();
     let words = arguments.split(' ').filter(|word| !word.is_empty());
     let output = Command::cargo_bin("nephroid")
         .unwrap()
         .current_dir(folder)
-        .args(words.map(|word| if word == "SCENE" { scene } else { word }))
-        .args(["-D", "size=40"])
+        .args(words)
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
@@ -36,20 +39,21 @@ fn shards_of_paths_and_photon_maps_merge_to_the_file_of_the_whole_run() {
         ("path", "--spp 4 --replicates 2 --seed 3"),
         (
             "photon-map",
-            "--sensor camera --photons 8192 --replicates 2 --map-photons 1024 --set seen=anyhow",
+            "--sensor eye --photons 8192 --replicates 2 --map-photons 1024 --set seen=anyhow",
         ),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
+        std::fs::write(folder.join("scene.xml"), SCENE).unwrap();
         run(
             folder,
-            &format!("render SCENE --method {method} {settings} -o whole.exr"),
+            &format!("render scene.xml --method {method} {settings} -o whole.exr"),
         );
         for part in 1..=3 {
             let shard = format!("--shard {part}/3 -o {part}.shard");
             run(
                 folder,
-                &format!("render SCENE --method {method} {settings} {shard}"),
+                &format!("render scene.xml --method {method} {settings} {shard}"),
             );
         }
         // The parts know the method, and how much work the run has.
@@ -58,7 +62,7 @@ fn shards_of_paths_and_photon_maps_merge_to_the_file_of_the_whole_run() {
             .replace("--photons 8192 ", "");
         run(
             folder,
-            &format!("merge SCENE {settings} 2.shard 3.shard 1.shard -o merged.exr"),
+            &format!("merge scene.xml {settings} 2.shard 3.shard 1.shard -o merged.exr"),
         );
         let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| image(folder, name));
         assert!(whole.channels.len() > 6, "{method}");
