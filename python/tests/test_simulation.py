@@ -107,8 +107,10 @@ def test_parts_of_a_round_are_those_of_the_client():
     for each in (1 << 12, 1 << 17, 1 << 18, 3 << 18, 1 << 24):
         for replicates in (5, 32, 255):
             count = min(replicates, max(1, replicates * each // dask._TASK_WORK))
-            tasks = [dask._Task("", print, None, ((0, replicates, each), i, count, {})) for i in range(1, count + 1)]
-            assert simulation.parts(simulation.Plan(replicates=replicates), each) == [dask._photons(task) for task in tasks]
+            # A part has every count-th replicate, from its own on.
+            photons = [each * len(range(i, replicates + 1, count)) for i in range(1, count + 1)]
+            assert simulation.parts(simulation.Plan(replicates=replicates), each) == photons
+            assert sum(dask._share(replicates * each, i, count) for i in range(1, count + 1)) == sum(photons)
     assert simulation.Plan().ahead == simulation.StudyPlan().ahead == dask._AHEAD
     assert (simulation.TASK, simulation.CAUTION) == (dask._TASK_WORK, dask._CAUTION)
 
