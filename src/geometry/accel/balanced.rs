@@ -1,10 +1,10 @@
 //! A plain tree, for boxes that obvhs' builder takes too long over.
 //!
 //! PLOC (Meister and Bittner, *Parallel locally-ordered clustering*, TVCG 24(3), 2018) merges boxes that are
-//! each other's nearest among the next [`REACH`] along the Morton curve. Mostly a third of them find a
-//! partner each time. But boxes in one place, in an even row, or each around the last all prefer the
-//! neighbour on the same side. Then one pair is merged each time, and the work grows with the square of their
-//! number (10⁵ take minutes).
+//! each other's nearest among the next [`REACH`] along the Morton curve, first among the next one. Mostly a
+//! third of them find a partner each time. But boxes in one place, in an even row, or each around the last
+//! all prefer the neighbour on the same side. Then one pair is merged each time, and the work grows with the
+//! square of their number (10⁵ take minutes).
 
 use glam::Vec3A;
 use obvhs::{
@@ -17,6 +17,9 @@ use crate::numeric::morton_code;
 
 /// Number of neighbours, each way, among which obvhs' `medium` preset looks for a partner.
 const REACH: usize = 14;
+
+/// The first times, when there are most boxes, it looks at the next ones alone.
+const NEAR_LOOKS: usize = 3;
 
 /// Up to this number the square does not matter: 2¹¹ · 2¹⁰ · 28 boxes are compared in a tenth of a second.
 const FEW: usize = 1 << 11;
@@ -54,14 +57,16 @@ pub(super) fn is_needed(boxes: &[Aabb]) -> bool {
     let order = along_the_curve(boxes);
     let mut clusters: Vec<Aabb> = order.iter().map(|&number| boxes[number as usize]).collect();
     let mut looks = 0;
+    let mut reaches = [1; NEAR_LOOKS].into_iter();
     while clusters.len() > FEW {
         looks += clusters.len();
         if looks > MOST_LOOKS * boxes.len() {
             return true;
         }
+        let reach = reaches.next().unwrap_or(REACH);
         let nearest: Vec<usize> = (0..clusters.len())
             .into_par_iter()
-            .map(|index| nearest(&clusters, index))
+            .map(|index| nearest(&clusters, index, reach))
             .collect();
         clusters = (0..clusters.len())
             .filter_map(|index| {
@@ -78,9 +83,9 @@ pub(super) fn is_needed(boxes: &[Aabb]) -> bool {
 }
 
 /// The box whose union with this one is the smallest; the last of several, as in obvhs.
-fn nearest(boxes: &[Aabb], index: usize) -> usize {
+fn nearest(boxes: &[Aabb], index: usize, reach: usize) -> usize {
     let mut best = (index, f32::INFINITY);
-    for other in index.saturating_sub(REACH)..(index + REACH + 1).min(boxes.len()) {
+    for other in index.saturating_sub(reach)..(index + reach + 1).min(boxes.len()) {
         let cost = boxes[index].union(&boxes[other]).half_area();
         if other != index && cost <= best.1 {
             best = (other, cost);

@@ -132,7 +132,7 @@ fn narrow(boxes: &[Bounds], frame: TreeFrame) -> Vec<Aabb> {
             rounded(frame.to_local(bounds.max), f32::next_up),
         )
     };
-    boxes.iter().map(narrow).collect()
+    boxes.par_iter().map(narrow).collect()
 }
 
 /// Rounding to nearest, then one step outward, is outward.
@@ -182,8 +182,10 @@ fn collapse(
         .map(|&node| (root, node))
         .into_iter()
         .collect();
+    let mut members = Vec::with_capacity(WIDTH);
     while let Some((index, node)) = pending.pop() {
-        let mut members = vec![node];
+        members.clear();
+        members.push(node);
         while members.len() < WIDTH {
             let largest = (0..members.len())
                 .filter(|&i| !members[i].is_leaf())

@@ -79,7 +79,7 @@ impl FaceTree {
             leaves,
             faces: tree
                 .order()
-                .iter()
+                .par_iter()
                 .map(|&index| origin[index as usize].1)
                 .collect(),
             corners: tree.order().par_iter().map(corners).collect(),
