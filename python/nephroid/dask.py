@@ -116,7 +116,7 @@ def render(
 
     The film has the bits of :func:`nephroid.render` with the same method and settings, on any number of workers. It ends at a
     relative ``error`` or after so much work (``photons``, or ``spp`` of paths). Rounds of a run to an error are one task
-    each until they have more than 2**22 photons or paths.
+    each until they have 2**23 photons or paths.
 
     ``client`` is a ``distributed.Client``, by default the current one. Workers need nephroid, and no files: the scene's
     come along. One task at a time uses all threads of a worker.
@@ -422,7 +422,8 @@ def _is_doubled(error: float | None, goal: float | None, done: int, count: int, 
     """True if a round of so much work, after ``done``, is likely to be followed by one of twice as much, which may not be
     more than is ``left``.
 
-    Errors fall as one over the square root of work, or faster. Whatever this says, the film has the same bits."""
+    Errors of photons and paths fall as one over the square root of work, or faster; those of photon maps more slowly, so
+    that fewer rounds are begun early. Whatever this says, the film has the same bits."""
     if error is None or not goal or 2 * count > left:
         return False
     return _CAUTION * done * (error / goal) ** 2 - (done + count) > count

@@ -1,12 +1,13 @@
 //! Runs, shards, and their sum.
 
+use std::io::Cursor;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use nephroid::internals::method::wanted::{Chosen, Wanted};
 use nephroid::internals::reference::parts::{
-    GatherError, Gathered, Next, Part, Wanted as WantedRound,
+    GatherError, Gathered, Next, Part, Shards, Wanted as WantedRound,
 };
 use nephroid::internals::reference::shard::{Round, Shard};
 use nephroid::internals::scene::ReconstructionFilter;
@@ -149,20 +150,19 @@ pub fn merge(
     mut wish: Wish,
 ) -> PyResult<Film> {
     let start = Instant::now();
-    let mut shards = Gathered::default();
-    for part in &parts {
-        let method = Part::method_of(&part[..]);
-        let read = Part::read_all(&part[..]).and_then(|parts| shards.add_shard(parts));
-        read.map_err(|error| errors::plain(py, error))?;
-        wish.method = method.ok();
+    let mut shards = Shards::default();
+    for (part, number) in parts.into_iter().zip(1..) {
+        let opened = shards.open(format!("part {number}"), Box::new(Cursor::new(part)));
+        opened.map_err(|error| errors::plain(py, error))?;
     }
+    wish.method = shards.method().map(str::to_owned);
     let context = wish.context();
     let (inner, threads) = (Arc::clone(&scene.inner), wish.threads);
     let watched = Arc::clone(&context.progress);
     let done = work(py, threads, &watched, None, move || {
         let chosen = wish.choose(&inner, true).map_err(GatherError::from)?;
         let Chosen { sensor, method, .. } = &chosen;
-        let rendering = method.merge(&inner, sensor, &shards, &context)?;
+        let rendering = method.merge(&inner, sensor, &mut shards, &context)?;
         Ok((chosen, rendering))
     })?;
     let (chosen, rendering) = done.map_err(|error: GatherError| errors::merge(py, &error))?;

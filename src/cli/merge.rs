@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Context as _;
@@ -14,7 +13,7 @@ use super::output;
 use super::render::finish;
 use super::run::Run;
 use super::scene::load;
-use crate::reference::parts::{Gathered, Part};
+use crate::reference::parts::Shards;
 use crate::run::Context;
 
 /// Runs the command.
@@ -25,21 +24,19 @@ use crate::run::Context;
 pub fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let scene = load(&args.scene)?;
-    // Before hours of work are read: what can be refused by their first lines.
-    let name = args.shards.first().map(|path| method_of(path));
-    let name = name.transpose()?.unwrap_or_default();
-    let (sensor, method) = choose_merged(args, &name, &scene)?;
+    // The first lines of all, before hours of work are read.
+    let mut shards = Shards::default();
+    for path in &args.shards {
+        let name = path.display().to_string();
+        let file = File::open(path).with_context(|| name.clone())?;
+        shards.open(name, Box::new(BufReader::new(file)))?;
+    }
+    let (sensor, method) = choose_merged(args, shards.method().unwrap_or_default(), &scene)?;
     let sensor = &sensor;
     let context = Context::default();
     method.check_memory(&scene, sensor, &context)?;
     let path = output::output_path(args.output.as_deref(), scene.path(), "exr")?;
-    let mut shards = Gathered::default();
-    for path in &args.shards {
-        let parts = read_shard(path)?;
-        let added = shards.add_shard(parts);
-        added.with_context(|| path.display().to_string())?;
-    }
-    let rendering = method.merge(&scene, sensor, &shards, &context)?;
+    let rendering = method.merge(&scene, sensor, &mut shards, &context)?;
     let run = Run {
         scene: &scene,
         sensor,
@@ -49,18 +46,4 @@ pub fn merge(args: &MergeArgs) -> anyhow::Result<Outcome> {
     };
     finish(&run, &path, args.json)?;
     Ok(Outcome::Complete)
-}
-
-/// The method that made a shard.
-fn method_of(path: &Path) -> anyhow::Result<String> {
-    let place = || path.display().to_string();
-    let file = File::open(path).with_context(place)?;
-    Part::method_of(BufReader::new(file)).with_context(place)
-}
-
-/// Reads a shard.
-fn read_shard(path: &Path) -> anyhow::Result<Vec<Part>> {
-    let place = || path.display().to_string();
-    let file = File::open(path).with_context(place)?;
-    Part::read_all(BufReader::new(file)).with_context(place)
 }

@@ -1,6 +1,6 @@
 //! The interface of a reference, as the table of methods sees it.
 
-use crate::reference::parts::{Divided, GatherError, Gathered, Next, Part};
+use crate::reference::parts::{Divided, GatherError, Gathered, Next, Part, Shards};
 use crate::reference::shard::{Round, Shard};
 use crate::run::{Budget, Context, Cost, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
@@ -83,7 +83,7 @@ pub(super) trait InParts: Sync {
     fn run_part(&self, job: &Job, round: Round, shard: Shard) -> Result<Option<Part>, Error>;
 
     /// All parts of all rounds, put together.
-    fn merge(&self, job: &Job, shards: &Gathered) -> Result<Rendering, GatherError>;
+    fn merge(&self, job: &Job, shards: &mut Shards) -> Result<Rendering, GatherError>;
 
     /// The round that is needed next, or the result.
     fn next(&self, job: &Job, gathered: &Gathered) -> Result<Next<Rendering>, GatherError>;
@@ -99,7 +99,7 @@ impl<T: Divisible> InParts for T {
         self.setup(job)?.run_part(&job.sensor.id, round, shard)
     }
 
-    fn merge(&self, job: &Job, shards: &Gathered) -> Result<Rendering, GatherError> {
+    fn merge(&self, job: &Job, shards: &mut Shards) -> Result<Rendering, GatherError> {
         let setup = self.setup(job)?;
         let found = setup.merge(&job.sensor.id, shards)?;
         Ok(self.rendering(job, &setup, found))

@@ -4,7 +4,7 @@ use super::Method;
 use super::entry::Entry;
 use super::reference::{InParts, Job};
 use crate::reference::parts::divided::{check_budget, check_gathered};
-use crate::reference::parts::{GatherError, Gathered, Next, Part};
+use crate::reference::parts::{GatherError, Gathered, Next, Part, Shards};
 use crate::reference::shard::{Round, Shard};
 use crate::run::{Budget, Context, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
@@ -39,7 +39,7 @@ impl Method {
         &self,
         scene: &Scene,
         sensor: &Sensor,
-        shards: &Gathered,
+        shards: &mut Shards,
         context: &Context,
     ) -> Result<Rendering, GatherError> {
         let merge = |method: &dyn InParts, job: &Job| method.merge(job, shards);
@@ -101,7 +101,11 @@ impl Method {
         self.check_memory(scene, sensor, context)
             .map_err(Error::from)?;
         let method = self.divisible().map_err(Error::from)?;
-        self.supports(scene, sensor).map_err(Error::from)?;
+        // As a run in one piece.
+        if self.is_of_cameras() && !sensor.is_camera() {
+            self.supports(scene, sensor).map_err(Error::from)?;
+        }
+        self.entry.check_dispersion(scene).map_err(Error::from)?;
         let budget = self.budget();
         check(&budget).map_err(Error::from)?;
         let job = Job {

@@ -1,6 +1,7 @@
 //! `nephroid render --shard` and `nephroid merge`, of each method whose runs can be divided.
 
 use std::path::Path;
+use std::process::Output;
 
 use assert_cmd::Command;
 use nephroid::internals::film::{Image, exr};
@@ -14,14 +15,14 @@ const SCENE: &str = "<scene version=\"3.0.0\"><sensor type=\"perspective\" id=\"
     <shape type=\"sphere\"><float name=\"radius\" value=\"0.4\"/><bsdf type=\"dielectric\"/></shape>\
     <emitter type=\"point\"><point name=\"position\" value=\"0, 0, 3\"/></emitter></scene>";
 
-fn run(folder: &Path, arguments: &str) {
+fn output(folder: &Path, arguments: &str) -> Output {
     let words = arguments.split(' ').filter(|word| !word.is_empty());
-    let output = Command::cargo_bin("nephroid")
-        .unwrap()
-        .current_dir(folder)
-        .args(words)
-        .output()
-        .unwrap();
+    let mut program = Command::cargo_bin("nephroid").unwrap();
+    program.current_dir(folder).args(words).output().unwrap()
+}
+
+fn run(folder: &Path, arguments: &str) {
+    let output = output(folder, arguments);
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments}: {said}");
 }
@@ -67,5 +68,67 @@ fn shards_of_paths_and_photon_maps_merge_to_the_file_of_the_whole_run() {
         let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| image(folder, name));
         assert!(whole.channels.len() > 6, "{method}");
         assert!(whole == merged, "{method}");
+    }
+}
+
+#[test]
+fn a_merge_that_cannot_be_says_of_which_file_and_why_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("scene.xml"), SCENE).unwrap();
+    for (method, name) in [
+        ("path --spp 2", "path"),
+        ("photon-map --sensor eye --photons 64", "map"),
+    ] {
+        for part in [1, 2] {
+            let file = format!("--shard {part}/2 -o {name}{part}.shard");
+            run(
+                folder,
+                &format!("render scene.xml --method {method} --replicates 2 {file}"),
+            );
+        }
+    }
+    let whole = std::fs::read(folder.join("path2.shard")).unwrap();
+    std::fs::write(folder.join("cut.shard"), &whole[..whole.len() / 2]).unwrap();
+    for (arguments, words) in [
+        ("path1.shard nothing.shard", &["nothing.shard"][..]),
+        (
+            "path1.shard scene.xml",
+            &["scene.xml", "its first line is not"],
+        ),
+        ("path1.shard cut.shard", &["cut.shard"]),
+        (
+            "path1.shard map2.shard",
+            &["map2.shard", "the method is path here and photon-map there"],
+        ),
+        ("path1.shard", &["given were [1]"]),
+        ("path1.shard path1.shard", &["given were [1, 1]"]),
+        (
+            "path1.shard path2.shard --seed 9",
+            &["the list of settings"],
+        ),
+        (
+            "path1.shard path2.shard --map-photons 64",
+            &["--map-photons", "photon-map"],
+        ),
+        (
+            "path1.shard path2.shard --sensor floor",
+            &["paths start at cameras"],
+        ),
+        (
+            "path1.shard path2.shard --filter box",
+            &["the sensor is eye"],
+        ),
+    ] {
+        let output = output(
+            folder,
+            &format!("merge scene.xml --replicates 2 {arguments} -o out.exr"),
+        );
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {said}");
+        for word in words {
+            assert!(said.contains(word), "{arguments}: {said}");
+        }
+        assert!(!folder.join("out.exr").exists(), "{arguments}");
     }
 }

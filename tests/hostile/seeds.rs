@@ -7,7 +7,7 @@ use flate2::Compression;
 use flate2::bufread::GzDecoder;
 use image::{DynamicImage, ImageFormat};
 use nephroid::internals::method::Method;
-use nephroid::internals::reference::parts::{Divided, Part};
+use nephroid::internals::reference::parts::Divided;
 use nephroid::internals::reference::shard::Shard;
 use nephroid::internals::run::{Budget, Context};
 use nephroid::internals::scene::Scene;
@@ -19,6 +19,7 @@ use super::replay::{corpora, inputs, packed};
 use crate::entries::{NEXT, PLAIN, TABLES, TARGETS, small_runs};
 use crate::support::geometry::icosphere;
 use crate::support::mutation::{PACKINGS, film, obj, ply, serialized, serialized_contents};
+use crate::support::parts::parts_of;
 
 /// A light, a ball and a floor of 4 x 4 texels.
 const SMALL: &str = r#"<scene version="3.0.0">
@@ -162,14 +163,8 @@ fn shards() -> Vec<Vec<u8>> {
 
 /// The parts of a shard without their hashes.
 fn without_hashes(file: &[u8]) -> Vec<Vec<u8>> {
-    let parts = Part::read_all(file).unwrap();
-    let bytes = parts.iter().map(|part| {
-        let mut bytes = Vec::new();
-        part.write_to(&mut bytes).unwrap();
-        bytes.truncate(bytes.len() - 32);
-        bytes
-    });
-    bytes.collect()
+    let parts = parts_of(file).into_iter();
+    parts.map(|part| part[..part.len() - 32].to_vec()).collect()
 }
 
 /// The same with sums that are not deflated.

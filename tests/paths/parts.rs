@@ -7,7 +7,7 @@ use nephroid::internals::reference::shard::Shard;
 use nephroid::internals::run::{Budget, Estimate, Progress};
 use nephroid::internals::scene::{ReconstructionFilter, Scene};
 
-use crate::support::parts::{gathered, merged, read};
+use crate::support::parts::{gathered, merged, opened};
 use crate::support::paths::{BOX, bits, camera, film, scene};
 
 /// A glass ball under a lamp, of which most of the image's upper part is dark: some parts of it lack some classes.
@@ -140,10 +140,10 @@ fn parts_that_are_damaged_or_of_another_run_are_refused() {
     for place in [0, line(0) + 40, body, body + 1000, bytes.len() - 1] {
         let mut damaged = bytes.clone();
         damaged[place] ^= 1;
-        assert!(Part::read_all(&damaged[..]).is_err(), "{place}");
-        assert!(Part::read_all(&bytes[..place]).is_err(), "{place}");
+        assert!(Part::read_from(&damaged[..]).is_err(), "{place}");
+        assert!(Part::read_from(&bytes[..place]).is_err(), "{place}");
     }
-    assert!(Part::read_all(&[&bytes[..], b"\n"].concat()[..]).is_err());
+    assert!(Part::read_from(&[&bytes[..], b"\n"].concat()[..]).is_err());
     // Whoever changes the hash, too, has sums that no part can have.
     let header = std::str::from_utf8(&bytes[line(0)..body]).unwrap();
     for (old, new, says) in [
@@ -168,13 +168,13 @@ fn parts_that_are_damaged_or_of_another_run_are_refused() {
         ]
         .concat();
         file.extend(blake3::hash(&file).as_bytes());
-        let error = Part::read_all(&file[..]).unwrap_err().to_string();
+        let error = Part::read_from(&file[..]).unwrap_err().to_string();
         assert!(error.contains(says), "{new}: {error}");
     }
     // Missing and doubled ones, and those of another seed or filter.
     let refused = |files: &[&[u8]], says: &str| {
-        let error = match read(files.iter().copied()) {
-            Ok(shards) => setup.merge("eye", &shards).unwrap_err().to_string(),
+        let error = match opened(files.iter().copied()) {
+            Ok(mut shards) => setup.merge("eye", &mut shards).unwrap_err().to_string(),
             Err(error) => error.to_string(),
         };
         assert!(error.contains(says), "{says}: {error}");
@@ -198,8 +198,8 @@ fn parts_that_are_damaged_or_of_another_run_are_refused() {
     boxed.film.filter = ReconstructionFilter::Box;
     let boxed = Setup::new(&wide, &boxed, settings(), &progress).unwrap();
     let files = [shard(&boxed, 0), shard(&boxed, 1)];
-    let shards = read(files.iter().map(Vec::as_slice)).unwrap();
-    let error = other.merge("eye", &shards).unwrap_err().to_string();
+    let mut shards = opened(files.iter().map(Vec::as_slice)).unwrap();
+    let error = other.merge("eye", &mut shards).unwrap_err().to_string();
     assert!(error.contains("the sensor"), "{error}");
     // Other work, which only parts of the same would tell.
     let less = setup.run_shard("eye", &Budget::work(3), Shard { index: 1, count: 2 });

@@ -170,8 +170,11 @@ fn shards_of_different_runs_do_not_merge() {
         (Vec::new(), "needs each of them once"),
     ];
     for (files, reason) in cases {
-        let error = match parts::read(files.iter().map(Vec::as_slice)) {
-            Ok(shards) => setup.merge(&sensor.id, &shards).unwrap_err().to_string(),
+        let error = match parts::opened(files.iter().map(Vec::as_slice)) {
+            Ok(mut shards) => setup
+                .merge(&sensor.id, &mut shards)
+                .unwrap_err()
+                .to_string(),
             Err(error) => error.to_string(),
         };
         assert!(error.contains(reason), "{error}");
@@ -181,9 +184,19 @@ fn shards_of_different_runs_do_not_merge() {
         panic!("no round");
     };
     let part = setup.run_part(&sensor.id, wanted.round, Shard::WHOLE);
-    let mut shards = Gathered::default();
-    let error = shards.add_shard(part.unwrap()).unwrap_err().to_string();
+    let mut bytes = Vec::new();
+    part.unwrap().unwrap().write_to(&mut bytes).unwrap();
+    let error = parts::opened([&bytes[..]]).err().unwrap().to_string();
     assert!(error.contains("no shard"), "{error}");
+    // A part behind those of the run is of another.
+    let file = setup.run_shard(&sensor.id, &few, Shard::WHOLE);
+    let file = [file.unwrap().unwrap(), shard(11, 1, &few)].concat();
+    let mut shards = parts::opened([&file[..]]).unwrap();
+    let error = setup
+        .merge(&sensor.id, &mut shards)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("a file: it has more rounds"), "{error}");
 }
 
 #[test]

@@ -214,17 +214,17 @@ fn shards_of_another_glass_are_of_another_run() {
         let setup = Setup::new(scene, meter(scene), PhotonSettings::default(), &progress).unwrap();
         let shard = Shard { index: 0, count: 1 };
         let file = setup.run_shard("meter", &Budget::work(64), shard);
-        parts::read([&file.unwrap().unwrap()[..]]).unwrap()
+        parts::opened([&file.unwrap().unwrap()[..]]).unwrap()
     };
     let scene = dispersed("prism", 4, "prism", "bk7");
     let progress = Progress::default();
     let setup = Setup::new(&scene, meter(&scene), PhotonSettings::default(), &progress).unwrap();
-    assert!(setup.merge("meter", &shard_of(&scene)).is_ok());
+    assert!(setup.merge("meter", &mut shard_of(&scene)).is_ok());
     let other = dispersed("prism", 4, "prism", "f2");
-    assert!(setup.merge("meter", &shard_of(&other)).is_err());
+    assert!(setup.merge("meter", &mut shard_of(&other)).is_err());
     assert!(
         setup
-            .merge("meter", &shard_of(&bundled("prism", 4)))
+            .merge("meter", &mut shard_of(&bundled("prism", 4)))
             .is_err()
     );
 }

@@ -224,9 +224,9 @@ fn shards_traced_with_one_filter_are_no_part_of_a_run_with_another() {
     wide.film.filter = ReconstructionFilter::Tent { radius: 1.0 };
     let setup = |sensor| Setup::new(scene(), sensor, settings(), &progress).unwrap();
     let file = setup(&wide).run_shard("camera", &photons(20_000), Shard::WHOLE);
-    let shards = parts::read([&file.unwrap().unwrap()[..]]).unwrap();
+    let mut shards = parts::opened([&file.unwrap().unwrap()[..]]).unwrap();
     let error = setup(plain)
-        .merge("camera", &shards)
+        .merge("camera", &mut shards)
         .unwrap_err()
         .to_string();
     assert!(

@@ -9,14 +9,14 @@ use glam::{DVec2, DVec3};
 use nephroid::internals::numeric::SampleMoments;
 use nephroid::internals::optics::dielectric_reflectance;
 use nephroid::internals::radiometry::Rgb;
-use nephroid::internals::reference::parts::{Divided, Gathered, Part};
+use nephroid::internals::reference::parts::{Divided, Part};
 use nephroid::internals::reference::photon_map;
 use nephroid::internals::reference::photon_map::finish::CONFIDENCE;
 use nephroid::internals::reference::photon_map::setup::Setup;
 use nephroid::internals::reference::photon_map::{PhotonMapReport, PhotonMapSettings, Seen};
 use nephroid::internals::reference::photons;
 use nephroid::internals::reference::photons::PhotonSettings;
-use nephroid::internals::reference::shard::Shard;
+use nephroid::internals::reference::shard::{Round, Shard};
 use nephroid::internals::run::Budget;
 use nephroid::internals::run::Error;
 use nephroid::internals::run::{CombineError, Estimate, Layer, LayerName, Progress, Quantity};
@@ -537,12 +537,11 @@ fn a_shard_that_lost_rounds_is_no_shorter_run() {
     let shard = Shard { index: 0, count: 1 };
     let file = setup.run_shard("camera", &budget, shard).unwrap().unwrap();
     for lost in 0..3 {
-        let mut rounds = Part::read_all(&file[..]).unwrap();
+        let mut rounds = parts::parts_of(&file);
         assert_eq!(rounds.len(), 3);
         rounds.remove(lost);
-        let mut shards = Gathered::default();
-        shards.add_shard(rounds).unwrap();
-        let error = setup.merge("camera", &shards).unwrap_err().to_string();
+        let mut shards = parts::opened([&rounds.concat()[..]]).unwrap();
+        let error = setup.merge("camera", &mut shards).unwrap_err().to_string();
         assert!(
             error.contains(&format!("lack round {}", lost + 1)),
             "{error}"
@@ -555,6 +554,44 @@ fn a_shard_that_lost_rounds_is_no_shorter_run() {
     let many = header.replace("\"each\":1,", "\"each\":4611686018427387904,");
     assert!(many != header, "{header}");
     let changed = [&file[..ends[0]], many.as_bytes(), &file[ends[1]..]].concat();
-    let error = Part::read_all(&changed[..]).unwrap_err().to_string();
+    let error = Part::read_from(&changed[..]).unwrap_err().to_string();
     assert!(error.contains("allowed are up to"), "{error}");
+    // Whoever would make them is told before.
+    let small = PhotonMapSettings {
+        map_photons: 1,
+        ..settings
+    };
+    let setup = Setup::new(behind_pane(), camera, small, &progress).unwrap();
+    let round = Round {
+        number: 28,
+        replicates: 2,
+        each: 1 << 28,
+        before: (1 << 28) - 1,
+    };
+    let error = setup
+        .run_part("camera", round, shard)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("larger maps"), "{error}");
+}
+
+#[test]
+fn maps_in_parts_of_a_scene_without_caustics_are_black_as_the_whole_run_is() {
+    let camera = "<sensor type=\"perspective\" id=\"camera\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"3\"/>\
+        <integer name=\"height\" value=\"2\"/></film></sensor>";
+    let scene = support::paths::scene(&format!(
+        "{camera}<emitter type=\"point\"><point name=\"position\" value=\"0, 0, 3\"/></emitter>\
+         <shape type=\"rectangle\"><bsdf type=\"diffuse\"/></shape>"
+    ));
+    let settings = PhotonMapSettings {
+        map_photons: 16,
+        ..PhotonMapSettings::default()
+    };
+    let progress = Progress::default();
+    let setup = Setup::new(&scene, &scene.sensors()[0], settings, &progress).unwrap();
+    assert!(setup.light().is_empty());
+    let budget = Budget::work(7 * 16 * 16);
+    let whole = setup.run(&budget).unwrap();
+    let merged = parts::merged(&setup, "camera", &budget, 3);
+    assert!(bits(&merged) == bits(&whole));
 }

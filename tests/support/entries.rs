@@ -4,7 +4,7 @@
 //! Errors are fine: the claim is that each returns, in little time and memory, without a panic.
 
 use std::cell::RefCell;
-use std::io::Write as _;
+use std::io::{Cursor, Write as _};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
@@ -19,7 +19,7 @@ use nephroid::internals::film::bitmap::{Bitmap, BitmapEncoding};
 use nephroid::internals::film::exr;
 use nephroid::internals::metric::{CompareImage, CompareSettings, compare};
 use nephroid::internals::mitsuba;
-use nephroid::internals::reference::parts::{Divided, Gathered, Part};
+use nephroid::internals::reference::parts::{Divided, Shards};
 use nephroid::internals::reference::path::PathSettings;
 use nephroid::internals::reference::path::run::Setup as Paths;
 use nephroid::internals::reference::photon_map::PhotonMapSettings;
@@ -182,16 +182,18 @@ fn shard(bytes: &[u8]) {
         rest = &rest[at + NEXT.len()..];
     }
     seal(rest);
-    let mut shards = Gathered::default();
-    let added = Part::read_all(&file[..]).and_then(|parts| shards.add_shard(parts));
-    let (Ok(()), Ok(method)) = (added, Part::method_of(&file[..])) else {
+    let mut shards = Shards::default();
+    if shards
+        .open("fuzzed".to_owned(), Box::new(Cursor::new(file)))
+        .is_err()
+    {
         return;
-    };
+    }
     let (photons, maps, paths) = small_runs();
-    match method.as_str() {
-        "photons" => drop(photons.merge("meter", &shards)),
-        "photon-map" => drop(maps.merge("camera", &shards)),
-        _ => drop(paths.merge("camera", &shards)),
+    match shards.method() {
+        Some("photons") => drop(photons.merge("meter", &mut shards)),
+        Some("photon-map") => drop(maps.merge("camera", &mut shards)),
+        _ => drop(paths.merge("camera", &mut shards)),
     }
 }
 

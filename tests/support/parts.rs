@@ -1,20 +1,36 @@
 //! Runs in parts, through the bytes of their files.
 
-use nephroid::internals::reference::parts::{Divided, Gathered, Next, Part, ShardError};
+use std::io::Cursor;
+
+use nephroid::internals::reference::parts::{Divided, Gathered, Next, Part, ShardError, Shards};
 use nephroid::internals::reference::shard::{Round, Shard};
 use nephroid::internals::run::Budget;
 
-/// Shards by the contents of their files, put together.
+/// Shards by the contents of their files.
 ///
 /// # Errors
 ///
-/// If they are damaged, doubled or of several runs.
-pub fn read<'a>(files: impl IntoIterator<Item = &'a [u8]>) -> Result<Gathered, ShardError> {
-    let mut shards = Gathered::default();
+/// If their first lines are damaged, or of several runs.
+pub fn opened<'a>(files: impl IntoIterator<Item = &'a [u8]>) -> Result<Shards, ShardError> {
+    let mut shards = Shards::default();
     for file in files {
-        shards.add_shard(Part::read_all(file)?)?;
+        shards.open("a file".to_owned(), Box::new(Cursor::new(file.to_vec())))?;
     }
     Ok(shards)
+}
+
+/// The parts of a shard's file, one for each round.
+pub fn parts_of(file: &[u8]) -> Vec<&[u8]> {
+    const FIRST: &[u8] = b"nephroid shard ";
+    let starts = file.windows(FIRST.len()).enumerate();
+    let mut ends: Vec<usize> = starts
+        .filter(|(_, there)| *there == FIRST)
+        .map(|(at, _)| at)
+        .collect();
+    ends.push(file.len());
+    ends.windows(2)
+        .map(|ends| &file[ends[0]..ends[1]])
+        .collect()
 }
 
 /// What a run finds that is made in so many shards, the last first.
@@ -24,9 +40,9 @@ pub fn merged<S: Divided>(setup: &S, sensor: &str, budget: &Budget, count: u32) 
         setup.run_shard(sensor, budget, shard).unwrap().unwrap()
     });
     let files: Vec<Vec<u8>> = files.collect();
-    let shards = read(files.iter().map(Vec::as_slice)).unwrap();
+    let mut shards = opened(files.iter().map(Vec::as_slice)).unwrap();
     setup
-        .merge(sensor, &shards)
+        .merge(sensor, &mut shards)
         .unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -24,9 +24,9 @@ const NEAR_LOOKS: usize = 3;
 /// Up to this number the square does not matter: 2¹¹ · 2¹⁰ · 28 boxes are compared in a tenth of a second.
 const FEW: usize = 1 << 11;
 
-/// The number of times that each box may be looked at, on average. A third merged each time makes 3; grids
-/// and ribbons take up to 6. A fan of 2·10⁴ faces around one vertex takes 31, and obvhs' reinsertion takes
-/// much longer still to improve the tree made of it.
+/// The number of times that each box may be looked at, on average. A third merged each time makes 3; ribbons
+/// take up to 6. With fourteen neighbours from the first time on, a fan of 2·10⁴ faces around one vertex
+/// takes 31, and obvhs' reinsertion takes much longer still to improve the tree made of it.
 const MOST_LOOKS: usize = 12;
 
 /// The boxes' numbers along the Morton curve through their middles; of those in one place the smaller first.

@@ -5,9 +5,10 @@
 
 use std::time::Instant;
 
-use super::gather::{Gathered, Wanted};
+use super::gather::{Gathered, RoundsElsewhere, Wanted};
 use super::identity::{RunIdentity, ShardError};
 use super::part::Part;
+use super::shards::Shards;
 use super::sums::Sums;
 use crate::reference::rounds::{Rounds, Schedule};
 use crate::reference::shard::{Round, Shard};
@@ -94,11 +95,14 @@ pub trait Divided: Sized {
     /// # Errors
     ///
     /// If a shard is of another run, missing or doubled.
-    fn merge(&self, sensor: &str, shards: &Gathered) -> Result<Self::Found, GatherError> {
-        // As much as the parts say: whoever merges them need not know.
+    fn merge(&self, sensor: &str, shards: &mut Shards) -> Result<Self::Found, GatherError> {
+        // As much as the shards say: whoever merges them need not know.
         let work = shards.work()?.saturating_mul(self.unit());
-        match self.next(sensor, &Budget::work(work), shards)? {
-            Next::Done(found) => Ok(*found),
+        match replay(self, sensor, &Budget::work(work), shards)? {
+            Next::Done(found) => {
+                shards.check_end()?;
+                Ok(*found)
+            }
             Next::Round(wanted) => Err(ShardError::NoRound(wanted.round.number).into()),
         }
     }
@@ -112,37 +116,47 @@ pub trait Divided: Sized {
         &self,
         sensor: &str,
         budget: &Budget,
-        gathered: &Gathered,
+        mut gathered: &Gathered,
     ) -> Result<Next<Self::Found>, GatherError> {
         check_gathered(budget).map_err(Error::from)?;
-        let (schedule, run) = self.begin(budget);
-        let mut replay = Replay {
-            setup: self,
-            run,
-            sensor,
-            gathered,
-            needed: None,
-            problem: None,
-        };
-        let incomplete = schedule.spend(&mut replay)?;
-        if let Some(problem) = replay.problem {
-            return Err(problem.into());
-        }
-        if let Some((round, run)) = replay.needed {
-            let (work, most_parts) = self.extent(round);
-            let done = round.before.saturating_add(round.each);
-            let each = schedule.most.saturating_sub(done);
-            return Ok(Next::Round(Box::new(Wanted {
-                round,
-                key: run.key(),
-                work,
-                most_parts,
-                left: self.extent(Round { each, ..round }).0,
-                run,
-            })));
-        }
-        Ok(Next::Done(Box::new(self.found(replay.run, incomplete))))
+        replay(self, sensor, budget, &mut gathered)
     }
+}
+
+/// Follows the schedule of a run with rounds from elsewhere.
+fn replay<S: Divided>(
+    setup: &S,
+    sensor: &str,
+    budget: &Budget,
+    source: &mut dyn RoundsElsewhere,
+) -> Result<Next<S::Found>, GatherError> {
+    let (schedule, run) = setup.begin(budget);
+    let mut replay = Replay {
+        setup,
+        run,
+        sensor,
+        source,
+        needed: None,
+        problem: None,
+    };
+    let incomplete = schedule.spend(&mut replay)?;
+    if let Some(problem) = replay.problem {
+        return Err(problem.into());
+    }
+    if let Some((round, run)) = replay.needed {
+        let (work, most_parts) = setup.extent(round);
+        let done = round.before.saturating_add(round.each);
+        let each = schedule.most.saturating_sub(done);
+        return Ok(Next::Round(Box::new(Wanted {
+            round,
+            key: run.key(),
+            work,
+            most_parts,
+            left: setup.extent(Round { each, ..round }).0,
+            run,
+        })));
+    }
+    Ok(Next::Done(Box::new(setup.found(replay.run, incomplete))))
 }
 
 /// A run under way whose rounds may come from elsewhere.
@@ -261,21 +275,22 @@ impl<S: Divided> Rounds for Traced<'_, S> {
 }
 
 /// A run whose rounds are there already, up to the one that is needed.
-struct Replay<'a, S: Divided + 'a> {
+struct Replay<'a, 'b, S: Divided + 'a> {
     setup: &'a S,
     run: S::Run<'a>,
     sensor: &'a str,
-    gathered: &'a Gathered,
+    source: &'b mut dyn RoundsElsewhere,
     needed: Option<(Round, RunIdentity)>,
     problem: Option<ShardError>,
 }
 
-impl<S: Divided> Rounds for Replay<'_, S> {
+impl<S: Divided> Rounds for Replay<'_, '_, S> {
     fn trace(&mut self, number: u64, each: u64, _: Option<Instant>) -> Result<bool, Error> {
         let round = round_of(&self.run, number, each, self.run.done());
         let run = self.setup.identity(self.sensor, round);
-        match self.gathered.round(&run) {
-            Ok(Some(sums)) => return Ok(self.run.add_round(round, sums)),
+        let mut add = |sums: &Sums| self.run.add_round(round, sums);
+        match self.source.round(&run, &mut add) {
+            Ok(Some(is_complete)) => return Ok(is_complete),
             Ok(None) => self.needed = Some((round, run)),
             Err(problem) => self.problem = Some(problem),
         }

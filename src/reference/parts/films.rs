@@ -8,6 +8,7 @@ use super::identity::{RunIdentity, ShardError};
 use crate::film::Accumulator;
 use crate::geometry::TraversalCounters;
 use crate::reference::photon_map::gather::Films;
+use crate::reference::photon_map::settings::MOST_MAPS;
 use crate::reference::photon_map::sums::RoundSums as PhotonMapSums;
 use crate::reference::photons::sums::{LedgerSums, RoundSums as PhotonSums};
 use crate::reference::photons::weights::Weights;
@@ -85,9 +86,6 @@ pub fn read_photons(
         photons: round.each,
     })
 }
-
-/// The most maps of a replicate: radii of more take long to tell, and no run has a millionth of them.
-const MOST_MAPS: u64 = 1 << 28;
 
 /// Reads sums of photon maps: values and differences by layer, then both of all layers.
 ///

@@ -12,8 +12,6 @@ use crate::reference::shard::{Round, Shard};
 #[derive(Debug, Default)]
 pub struct Gathered {
     rounds: BTreeMap<u64, RoundSum>,
-    /// Work of all rounds, by shards of the whole run.
-    work: Option<u64>,
 }
 
 /// The sum of those of a round's parts that have come.
@@ -41,25 +39,6 @@ pub struct Wanted {
 }
 
 impl Gathered {
-    /// Adds the parts of a shard of a whole run.
-    ///
-    /// # Errors
-    ///
-    /// If they are of one round alone, or as [`Gathered::add`].
-    pub fn add_shard(&mut self, parts: impl IntoIterator<Item = Part>) -> Result<(), ShardError> {
-        for part in parts {
-            let whole = part.whole.ok_or(ShardError::OneRound)?;
-            let work = whole.saturating_mul(part.run.round.replicates.into());
-            let before = *self.work.get_or_insert(work);
-            if before != work {
-                let field = "the number of photons, maps or samples";
-                return Err(ShardError::differs(field, &before, &work));
-            }
-            self.put(part)?;
-        }
-        Ok(())
-    }
-
     /// Adds a part of a round that is wanted.
     ///
     /// # Errors
@@ -80,7 +59,8 @@ impl Gathered {
         self.put(part)
     }
 
-    fn put(&mut self, part: Part) -> Result<(), ShardError> {
+    /// Adds a part of any round.
+    pub(super) fn put(&mut self, part: Part) -> Result<(), ShardError> {
         let Shard { index, count } = part.shard;
         let mut place = match self.rounds.entry(part.run.round.number) {
             Entry::Vacant(place) => {
@@ -112,22 +92,16 @@ impl Gathered {
         Ok(())
     }
 
-    /// Work of all replicates in all rounds, as shards say, in the method's unit of a round.
-    ///
-    /// # Errors
-    ///
-    /// If there is no shard.
-    pub(super) fn work(&self) -> Result<u64, ShardError> {
-        let (count, given) = (1, Vec::new());
-        self.work.ok_or(ShardError::Incomplete { count, given })
-    }
-
-    /// The sums of a round; `None` if none of its parts is there.
+    /// Calls `add` with the sums of a round; `None` if none of its parts is there.
     ///
     /// # Errors
     ///
     /// If they are of another run than `run`, or some are missing.
-    pub(super) fn round(&self, run: &RunIdentity) -> Result<Option<&Sums>, ShardError> {
+    pub(super) fn round(
+        &self,
+        run: &RunIdentity,
+        add: &mut dyn FnMut(&Sums) -> bool,
+    ) -> Result<Option<bool>, ShardError> {
         let Some(there) = self.rounds.get(&run.round.number) else {
             return Ok(None);
         };
@@ -137,6 +111,30 @@ impl Gathered {
             let given = there.given.clone();
             return Err(ShardError::Incomplete { count, given });
         }
-        Ok(Some(&there.sum.sums))
+        Ok(Some(add(&there.sum.sums)))
+    }
+}
+
+/// Where rounds come from that are not traced here.
+pub(super) trait RoundsElsewhere {
+    /// Calls `add` with the sums of a round; `None` if none of its parts is there.
+    ///
+    /// # Errors
+    ///
+    /// If they are of another run than `run`, damaged, or some are missing.
+    fn round(
+        &mut self,
+        run: &RunIdentity,
+        add: &mut dyn FnMut(&Sums) -> bool,
+    ) -> Result<Option<bool>, ShardError>;
+}
+
+impl RoundsElsewhere for &Gathered {
+    fn round(
+        &mut self,
+        run: &RunIdentity,
+        add: &mut dyn FnMut(&Sums) -> bool,
+    ) -> Result<Option<bool>, ShardError> {
+        Gathered::round(self, run, add)
     }
 }

@@ -139,12 +139,29 @@ pub enum ShardError {
     /// No part of a round is there.
     #[error("the shards lack round {} of the run: they are cut short, or of several runs", .0 + 1)]
     NoRound(u64),
+    /// Parts that the run does not need.
+    #[error("it has more rounds than its run")]
+    MoreRounds,
+    /// An error of a file.
+    #[error("{name}: {error}")]
+    File {
+        /// Its name.
+        name: String,
+        /// The error.
+        error: Box<ShardError>,
+    },
     /// A part of a run that is made round by round.
     #[error("a part of one round of a run is no shard: whoever asked for it puts it together")]
     OneRound,
 }
 
 impl ShardError {
+    /// The error of a file.
+    pub(super) fn of(self, name: &str) -> Self {
+        let (name, error) = (name.to_owned(), Box::new(self));
+        Self::File { name, error }
+    }
+
     /// Two shards, or a shard and the run, that differ in a field.
     pub(super) fn differs(
         field: &'static str,

@@ -6,7 +6,8 @@
 //!
 //! One file a step: [`divided`] is what a method says of itself to be divided, and follows its schedule of
 //! rounds; [`identity`] tells runs apart, [`sums`] are what a part found (`films.rs` and `moments.rs` read
-//! them), [`part`] is its file, and [`gather`] puts parts together as they come.
+//! them), [`part`] is its file, [`gather`] puts parts together as they come, and [`shards`] reads files of
+//! parts.
 
 pub mod divided;
 mod films;
@@ -18,9 +19,11 @@ pub mod part;
 mod path;
 mod photon_map;
 mod photons;
+pub mod shards;
 pub mod sums;
 
 pub use divided::{Divided, GatherError, Next};
 pub use gather::{Gathered, Wanted};
 pub use identity::ShardError;
 pub use part::Part;
+pub use shards::Shards;

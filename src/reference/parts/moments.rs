@@ -82,7 +82,7 @@ pub fn read(
         return malformed("its list of layers is damaged");
     }
     let [width, height] = run.size;
-    let pixels = width * Bands::of(shard, height).rows().count();
+    let pixels = width * Bands::of(shard, height).row_count();
     let numbers = pixels * (WEIGHTS + MOMENTS * small.lit.len());
     let mut body = Vec::new();
     reader

@@ -106,53 +106,58 @@ impl Part {
     /// # Errors
     ///
     /// If the file is no part, is damaged, or cannot be read.
-    pub fn read_from(mut reader: impl BufRead) -> Result<Self, ShardError> {
-        let part = Self::read_one(&mut reader)?;
+    pub fn read_from(reader: impl BufRead) -> Result<Self, ShardError> {
+        let (part, mut reader) = Begun::read(reader)?.end()?;
         if !reader.fill_buf()?.is_empty() {
             return Err(damaged());
         }
         Ok(part)
     }
+}
 
-    /// Reads a shard: a part of each round of its run.
-    ///
-    /// # Errors
-    ///
-    /// As [`Part::read_from`].
-    pub fn read_all(mut reader: impl BufRead) -> Result<Vec<Self>, ShardError> {
-        let mut parts = vec![Self::read_one(&mut reader)?];
-        while !reader.fill_buf()?.is_empty() {
-            parts.push(Self::read_one(&mut reader)?);
-        }
-        Ok(parts)
-    }
+/// A part whose first lines are read.
+pub(super) struct Begun<R> {
+    header: Header,
+    reader: Hashed<R>,
+}
 
-    /// The name of the method that made a shard, by its first lines.
-    ///
-    /// # Errors
-    ///
-    /// If they are not those of a shard, or cannot be read.
-    pub fn method_of(reader: impl BufRead) -> Result<String, ShardError> {
-        Ok(read_header(reader)?.run.method)
-    }
-
-    /// Reads a part, and leaves what follows.
-    fn read_one(reader: impl BufRead) -> Result<Self, ShardError> {
+impl<R: BufRead> Begun<R> {
+    /// Reads the first lines.
+    pub(super) fn read(reader: R) -> Result<Self, ShardError> {
         let mut reader = Hashed::new(reader);
+        let header = read_header(&mut reader)?;
+        Ok(Self { header, reader })
+    }
+
+    /// The name of the method that made it.
+    pub(super) fn method(&self) -> &str {
+        &self.header.run.method
+    }
+
+    /// Work of all replicates in all rounds of the run; `None` of a round that was asked for by itself.
+    pub(super) fn work(&self) -> Option<u64> {
+        let replicates = self.header.run.round.replicates.into();
+        let whole = self.header.whole?;
+        Some(whole.saturating_mul(replicates))
+    }
+
+    /// Reads the rest, and leaves what follows.
+    pub(super) fn end(mut self) -> Result<(Part, R), ShardError> {
         let Header {
             run,
             shard,
             whole,
             sums,
-        } = read_header(&mut reader)?;
-        let sums = Sums::read_film(&run, shard, sums, &mut reader)?;
-        check_hash(reader)?;
-        Ok(Self {
+        } = self.header;
+        let sums = Sums::read_film(&run, shard, sums, &mut self.reader)?;
+        let reader = check_hash(self.reader)?;
+        let part = Part {
             run,
             shard,
             whole,
             sums,
-        })
+        };
+        Ok((part, reader))
     }
 }
 

@@ -7,10 +7,11 @@ use super::identity::{About, RunIdentity, filter_of};
 use super::sums::Sums;
 use crate::reference::photon_map::PhotonMapReport;
 use crate::reference::photon_map::run::Run;
+use crate::reference::photon_map::settings::MOST_MAPS;
 use crate::reference::photon_map::setup::Setup;
 use crate::reference::rounds::Schedule;
 use crate::reference::shard::{Round, Shard};
-use crate::run::{Budget, Error, Estimate};
+use crate::run::{Budget, Error, Estimate, Refusal};
 
 impl Divided for Setup<'_> {
     type Run<'r>
@@ -52,6 +53,13 @@ impl Divided for Setup<'_> {
     }
 
     fn trace(&self, round: Round, shard: Shard) -> Result<Option<Sums>, Error> {
+        let maps = round.before.saturating_add(round.each);
+        if maps > MOST_MAPS {
+            return Err(Refusal::new(format!(
+                "a run in parts has up to {MOST_MAPS} maps a replicate, and this has {maps}: larger maps need fewer"
+            ))
+            .into());
+        }
         let mine = shard.replicates(round.replicates);
         let maps = round.each.saturating_mul(mine.into());
         let expected = maps.saturating_mul(self.settings.map_photons);

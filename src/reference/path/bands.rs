@@ -59,6 +59,25 @@ impl Bands {
         (0..self.height).filter(move |row| self.contains(*row))
     }
 
+    /// How many they are.
+    pub fn row_count(self) -> usize {
+        let Shard { index, count } = self.shard;
+        let (index, count) = (index as usize, count as usize);
+        let bands = self.height.div_ceil(self.rows);
+        if bands <= index {
+            return 0;
+        }
+        let mine = (bands - 1 - index) / count + 1;
+        // The last band of all may be cut off.
+        let has_last = (bands - 1) % count == index;
+        let missing = if has_last {
+            bands * self.rows - self.height
+        } else {
+            0
+        };
+        mine * self.rows - missing
+    }
+
     /// True if the bands have a row at most `reach` rows from this one, which may be beyond the film by
     /// `border` rows and is counted from there.
     pub fn is_near(self, row: usize, border: usize, reach: usize) -> bool {
@@ -92,6 +111,9 @@ mod tests {
             let parts: Vec<Bands> = (0..count)
                 .map(|index| Bands::of(Shard { index, count }, height))
                 .collect();
+            for bands in &parts {
+                assert_eq!(bands.row_count(), bands.rows().count());
+            }
             for row in 0..height {
                 let holding = parts.iter().filter(|bands| bands.contains(row)).count();
                 assert_eq!(holding, 1, "row {row} of {height}, {count} parts");

@@ -180,15 +180,16 @@ impl<'a> Setup<'a> {
         let finished = |paths: u64| self.progress.add(paths);
         let root = Stream::new(self.settings.stream, self.settings.seed).split(round.number);
         let width = self.camera.width();
-        let mut sums = RoundSums::new(bands.rows().count() * width);
+        let mut sums = RoundSums::new(bands.row_count() * width);
         let mut shown = Instant::now();
         for replicate in 0..round.replicates {
             let stream = root.split(u64::from(replicate));
             let job = self.job(bands, stream, round.each, &stop, &finished);
             if replicate == 0 {
                 let started = self.progress.done();
-                self.progress
-                    .expect(started + job.paths() * u64::from(round.replicates));
+                self.progress.expect(
+                    started.saturating_add(job.paths().saturating_mul(round.replicates.into())),
+                );
             }
             let Some(image) = job.trace() else { break };
             sums.add(&image.of_rows(bands, width));

@@ -187,7 +187,7 @@ impl Job<'_> {
     pub fn paths(&self) -> u64 {
         let [right, bottom] = self.sampled();
         let rows = (0..bottom).filter(|row| self.counts(*row)).count();
-        (right * rows) as u64 * self.samples
+        ((right * rows) as u64).saturating_mul(self.samples)
     }
 
     /// Columns and rows of pixels to sample, those beyond the film included.

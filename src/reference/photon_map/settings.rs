@@ -65,6 +65,10 @@ impl Default for PhotonMapSettings {
     }
 }
 
+/// The most maps of a replicate in a run that is made in parts: the radius of the last takes a second to
+/// tell.
+pub(in crate::reference) const MOST_MAPS: u64 = 1 << 28;
+
 /// The largest map: an index of 32 bits counts its photons, of which each may have many ends.
 pub(super) const MAX_MAP_PHOTONS: u64 = 1 << 24;
 
