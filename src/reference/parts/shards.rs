@@ -15,12 +15,12 @@ pub type File = Box<dyn BufRead + Send>;
 /// The shards of a run.
 #[derive(Default)]
 pub struct Shards {
-    files: Vec<Shard>,
+    files: Vec<ShardFile>,
     /// The method, and the work of all rounds.
     run: Option<(String, u64)>,
 }
 
-struct Shard {
+struct ShardFile {
     /// Its name, for errors.
     name: String,
     /// The part whose turn it is; `None` at the end.
@@ -36,7 +36,7 @@ impl Shards {
     pub fn open(&mut self, name: String, file: File) -> Result<(), ShardError> {
         let begun = self.begin(file).map_err(|error| error.of(&name))?;
         let next = Some(begun);
-        self.files.push(Shard { name, next });
+        self.files.push(ShardFile { name, next });
         Ok(())
     }
 
@@ -83,7 +83,7 @@ impl Shards {
     }
 }
 
-impl Shard {
+impl ShardFile {
     /// Adds the part whose turn it is.
     fn give(&mut self, round: &mut Gathered) -> Result<(), ShardError> {
         let Some(begun) = self.next.take() else {
