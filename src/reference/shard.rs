@@ -43,3 +43,15 @@ pub struct Round {
     /// Work of each of them in the rounds before.
     pub before: u64,
 }
+
+impl Round {
+    /// Work of so many of its replicates.
+    pub fn work_of(&self, replicates: u32) -> u64 {
+        self.each.saturating_mul(replicates.into())
+    }
+
+    /// Work of all replicates.
+    pub fn work(&self) -> u64 {
+        self.work_of(self.replicates)
+    }
+}

@@ -138,6 +138,11 @@ impl Progress {
         self.expected.store(expected, Ordering::Relaxed);
     }
 
+    /// Expects so much work beside what is done.
+    pub(crate) fn expect_more(&self, work: u64) {
+        self.expect(self.done().saturating_add(work));
+    }
+
     /// Adds finished work.
     pub(crate) fn add(&self, work: u64) {
         self.done.fetch_add(work, Ordering::Relaxed);

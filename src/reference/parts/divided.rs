@@ -236,8 +236,7 @@ struct Traced<'a, S: Divided + 'a> {
     /// Work of each replicate in all rounds.
     whole: u64,
     done: u64,
-    /// The parts of its rounds as they are written, which takes less memory than their sums; none after it
-    /// was stopped.
+    /// The parts of its rounds, as they are written; none after it was stopped.
     file: Result<Option<Vec<u8>>, ShardError>,
 }
 

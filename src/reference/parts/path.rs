@@ -39,9 +39,8 @@ impl Divided for Setup<'_> {
 
     fn extent(&self, round: Round) -> (u64, u32) {
         let pixels = (self.camera.width() * self.camera.height()) as u64;
-        let samples = round.each.saturating_mul(round.replicates.into());
         (
-            samples.saturating_mul(pixels),
+            round.work().saturating_mul(pixels),
             Bands::most(self.camera.height()),
         )
     }

@@ -48,8 +48,7 @@ impl Divided for Setup<'_> {
             .settings
             .map_photons
             .saturating_add(self.target.texels() as u64);
-        let maps = round.each.saturating_mul(round.replicates.into());
-        (maps.saturating_mul(paths), round.replicates)
+        (round.work().saturating_mul(paths), round.replicates)
     }
 
     fn trace(&self, round: Round, shard: Shard) -> Result<Option<Sums>, Error> {
@@ -61,10 +60,8 @@ impl Divided for Setup<'_> {
             .into());
         }
         let mine = shard.replicates(round.replicates);
-        let maps = round.each.saturating_mul(mine.into());
-        let expected = maps.saturating_mul(self.settings.map_photons);
-        self.progress
-            .expect(self.progress.done().saturating_add(expected));
+        let photons = round.work_of(mine).saturating_mul(self.unit());
+        self.progress.expect_more(photons);
         let sums = self.round(round.before, round.each, shard, None)?;
         Ok((sums.replicates() == mine).then_some(Sums::PhotonMap(sums)))
     }

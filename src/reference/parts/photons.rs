@@ -36,8 +36,7 @@ impl Divided for Setup<'_> {
     }
 
     fn extent(&self, round: Round) -> (u64, u32) {
-        let photons = round.each.saturating_mul(round.replicates.into());
-        (photons, round.replicates)
+        (round.work(), round.replicates)
     }
 
     fn trace(&self, round: Round, shard: Shard) -> Result<Option<Sums>, Error> {
@@ -48,9 +47,7 @@ impl Divided for Setup<'_> {
             ..
         } = round;
         let mine = shard.replicates(replicates);
-        let expected = each.saturating_mul(mine.into());
-        self.progress
-            .expect(self.progress.done().saturating_add(expected));
+        self.progress.expect_more(round.work_of(mine));
         let sums = self.round(number, each, replicates, shard, None)?;
         Ok((sums.replicates() == mine).then_some(Sums::Photons(sums)))
     }

@@ -186,10 +186,8 @@ impl<'a> Setup<'a> {
             let stream = root.split(u64::from(replicate));
             let job = self.job(bands, stream, round.each, &stop, &finished);
             if replicate == 0 {
-                let started = self.progress.done();
-                self.progress.expect(
-                    started.saturating_add(job.paths().saturating_mul(round.replicates.into())),
-                );
+                let paths = job.paths().saturating_mul(round.replicates.into());
+                self.progress.expect_more(paths);
             }
             let Some(image) = job.trace() else { break };
             sums.add(&image.of_rows(bands, width));
