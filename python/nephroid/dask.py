@@ -11,11 +11,15 @@ of them by a hash of its contents, and puts results together: to the bits of the
 from __future__ import annotations
 
 import importlib.util
+import math
 import os
 import queue
 import tempfile
+import threading
 import time
 import uuid
+import warnings
+import weakref
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +30,6 @@ from typing import Any
 try:
     import distributed
     from distributed.core import Status
-    from distributed.diagnostics.plugin import WorkerPlugin
 except ImportError as _missing:
     raise ImportError('nephroid.dask needs dask.distributed: pip install "nephroid[dask]"') from _missing
 
@@ -47,15 +50,15 @@ _PERIOD = 0.1
 #: Seconds between two looks for workers that came or went.
 _LOOK = 1.0
 
+#: Seconds without any worker before a warning says so.
+_PATIENCE = 30.0
+
 #: Tasks that a worker has at a time: one that it makes, and one that waits. What a lost worker had counts against a task,
 #: so no more wait there.
 _AHEAD = 2
 
 #: How much more than is missing to an error its last round has, as the schedule of rounds takes it.
 _CAUTION = 1.2
-
-#: What each worker has one of, so that it makes one task at a time, on all of its threads.
-_RESOURCE = "nephroid"
 
 
 @dataclass(frozen=True)
@@ -250,7 +253,6 @@ class _Call:
     def __init__(self, client: Any, tell: Callable[[], bool]) -> None:
         self._client = client
         self._tell = tell
-        self._is_checked = False
         # Another call may have the same tasks: neither gets the other's errors, or ends what the other waits for.
         self._suffix = uuid.uuid4().hex[:8]
         #: Of each scene, by its hash: the one that was sent, and its copies on workers.
@@ -261,6 +263,8 @@ class _Call:
         self._futures: dict[str, Any] = {}
         self._workers: list[str] = []
         self._looked = -_LOOK
+        #: When a worker was seen last, as far as nobody was told yet.
+        self._met = time.monotonic()
 
     def __enter__(self) -> _Call:
         return self
@@ -277,9 +281,8 @@ class _Call:
         self._drop([key for key in self._futures if key not in asked])
         waiting = deque(task for key, task in asked.items() if key not in self._futures)
         later = deque(later)
-        if waiting and not self._is_checked:
+        if waiting:
             self._client = _checked(self._client)
-            self._is_checked = True
         told: queue.SimpleQueue[Any] = queue.SimpleQueue()
         under_way: dict[str, _Task] = {}
 
@@ -326,8 +329,15 @@ class _Call:
         """Looks for workers that came or went. True if one that had a task is gone."""
         if time.monotonic() - self._looked <= _LOOK:
             return False
-        self._workers = list(self._client.nthreads())
-        self._looked = time.monotonic()
+        workers = list(self._client.nthreads())
+        _refuse_without_nephroid(self._client, set(workers) - set(self._workers))
+        self._workers = workers
+        self._looked = now = time.monotonic()
+        if workers:
+            self._met = now
+        elif now - self._met > _PATIENCE:
+            warnings.warn("no worker is on the Dask cluster: tasks wait until one comes", RuntimeWarning, stacklevel=4)
+            self._met = math.inf
         return not set(self._places.values()) <= set(self._workers)
 
     def _free(self, most: int) -> str | None:
@@ -349,7 +359,7 @@ class _Call:
             *task.arguments,
             key=key,
             priority=-1 if is_later else task.priority,
-            resources={_RESOURCE: 1},
+            **_there(worker),
         )
         self._places[key] = worker
         return self._futures[key]
@@ -360,17 +370,20 @@ class _Call:
         key = f"nephroid-scene-{hashed[:32]}-{self._suffix}"
         if hashed not in self._sent:
             arguments = (_nephroid.source_hash, hashed, scene._packed())
-            self._sent[hashed] = self._client.submit(_load, *arguments, key=key, resources={_RESOURCE: 1})
+            self._sent[hashed] = self._client.submit(_load, *arguments, key=key)
         if (hashed, worker) not in self._copies:
-            # If the worker is lost, it is made elsewhere.
-            where = {"workers": [worker], "allow_other_workers": True}
             copy = f"{key}-{len(self._copies)}"
-            self._copies[hashed, worker] = self._client.submit(_copy, self._sent[hashed], key=copy, **where)
+            self._copies[hashed, worker] = self._client.submit(_copy, self._sent[hashed], key=copy, **_there(worker))
         return self._copies[hashed, worker]
 
 
+def _there(worker: str) -> dict[str, Any]:
+    """Where a task is made: by a worker, or by another once that is lost."""
+    return {"workers": [worker], "allow_other_workers": True}
+
+
 def _checked(client: Any) -> Any:
-    """A client whose workers make one task at a time."""
+    """The client that is meant, if it is one of use here."""
     if client is None:
         current: Callable[[], Any] = distributed.Client.current
         try:
@@ -379,25 +392,17 @@ def _checked(client: Any) -> Any:
             raise SettingError("there is no Dask cluster: give client=distributed.Client(...)") from None
     if not isinstance(client, distributed.Client) or client.asynchronous:
         raise TypeError(f"client is a {type(client).__name__}; a distributed.Client that is not asynchronous is needed")
-    # By value, as lambdas are: a task that a worker cannot read would wait for ever.
-    found = client.run(lambda: importlib.util.find_spec("nephroid") is not None, on_error="ignore")
-    if without := [address for address, is_there in found.items() if not is_there]:
-        raise Error(f"no nephroid is on {', '.join(without)}: install the same wheel everywhere")
-    client.register_plugin(_one_at_a_time(), name="nephroid")
     return client
 
 
-def _one_at_a_time() -> WorkerPlugin:
-    """Gives each worker one of what a task takes, also those that come later.
-
-    It has a class of its own, and so is sent by value: it stays on the cluster, whose later workers may lack nephroid."""
-    resources = {_RESOURCE: 1}
-
-    async def setup(_: WorkerPlugin, worker: Any) -> None:
-        await worker.set_resources(**resources)
-
-    plugin: WorkerPlugin = type("OneAtATime", (WorkerPlugin,), {"setup": setup})()
-    return plugin
+def _refuse_without_nephroid(client: Any, workers: Iterable[str]) -> None:
+    """Sees that workers have nephroid: tasks that a worker cannot read would wait for ever."""
+    if not (asked := list(workers)):
+        return
+    # By value, as lambdas are. Those that are lost meanwhile do not answer.
+    found = client.run(lambda: importlib.util.find_spec("nephroid") is not None, workers=asked, on_error="ignore")
+    if without := [address for address, is_there in found.items() if not is_there]:
+        raise Error(f"no nephroid is on {', '.join(without)}: install the same wheel everywhere")
 
 
 def _share(work: int, index: int, count: int) -> int:
@@ -485,6 +490,13 @@ def _copy(scene: Scene) -> Scene:
     return scene
 
 
+#: Of each worker of this process, what its task of the moment holds: there is one at a time, on all of its threads.
+#:
+#: Dask's resources would do the same, but a worker gets them after it has joined. Tasks that waited for a worker when it
+#: came are not looked at again, and wait for ever.
+_held: weakref.WeakKeyDictionary[Any, threading.Lock] = weakref.WeakKeyDictionary()
+
+
 def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) -> Any:
     """Does a task on all threads of the worker until it has a result, which is neither None nor False. It ends without
     one if nobody waits for it any more; or if the worker closes: then another takes it."""
@@ -496,7 +508,15 @@ def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) 
         is_closing = worker.status in (Status.closing, Status.closed, Status.failed)
         return task is not None and task.state != "cancelled" and not is_closing
 
-    result = function({**given, "threads": worker.state.nthreads}, goes_on)
+    # In one step, whatever thread comes first.
+    held = _held.setdefault(worker, threading.Lock())
+    while not held.acquire(timeout=_PERIOD):
+        if not goes_on():
+            raise distributed.Reschedule
+    try:
+        result = function({**given, "threads": worker.state.nthreads}, goes_on)
+    finally:
+        held.release()
     if result is None or result is False:
         raise distributed.Reschedule
     return result
