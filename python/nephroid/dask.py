@@ -10,7 +10,9 @@ of them by a hash of its contents, and puts results together: to the bits of the
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
+import json
 import math
 import os
 import queue
@@ -41,7 +43,7 @@ from ._text import checked_scene, wish
 
 __all__ = ["Progress", "render", "validate"]
 
-#: Photons or paths that a task is worth: some seconds, of which setting it up is a small part.
+#: Photons, paths or rays of beams that a task is worth: some seconds, of which setting it up is a small part.
 _TASK_WORK = 1 << 22
 
 #: Seconds between two calls of a callback.
@@ -67,9 +69,10 @@ class Progress:
 
     #: Work done, in ``unit``; what was kept from before is done.
     done: int
-    #: What ``done`` is expected to come to; of a run to an error, by the end of its round.
+    #: What ``done`` is expected to come to; of a run to an error, by the end of its round or pass.
     expected: int
-    #: ``photons``, ``paths`` (of photon maps, those of photons and of cameras together), or ``runs`` of a study.
+    #: ``photons``, ``paths`` (of photon maps, those of photons and of cameras together), ``rays`` of beams, as forecast,
+    #: or ``runs`` of a study.
     unit: str
     #: The relative error of the rounds that are done; None while unknown.
     relative_error: float | None
@@ -78,9 +81,6 @@ class Progress:
 
 
 Callback = Callable[[Progress], object]
-
-#: A round of a run: its number, replicates, work of each, and work of each in the rounds before.
-_Round = tuple[int, int, int, int]
 
 
 class _Stopped(Exception):
@@ -115,18 +115,19 @@ def render(
     overlap: bool = True,
     **settings: object,
 ) -> Film | None:
-    """Fills a sensor by photons on the workers of a Dask cluster, or by ``method="photon-map"`` or ``"path"``.
+    """Fills a sensor by photons on the workers of a Dask cluster, or by ``method="photon-map"``, ``"path"`` or ``"beams"``.
 
     The film has the bits of :func:`nephroid.render` with the same method and settings, on any number of workers. It ends at a
     relative ``error`` or after so much work (``photons``, or ``spp`` of paths). Rounds of a run to an error are one task
-    each until they have 2**23 photons or paths.
+    each until they have 2**23 photons or paths, and passes of beams until they have as many rays. Beams end at an
+    ``error`` alone. What they leave to photons is made here, on all cores.
 
     ``client`` is a ``distributed.Client``, by default the current one. Workers need nephroid, and no files: the scene's
     come along. One task at a time uses all threads of a worker.
 
     ``folder`` keeps the sums of each task, so that the same call goes on from there after whatever ended it. ``tasks``
-    is how many a round has at most, by default one for each 2**22 photons or paths. A task has one replicate at least, and
-    of paths 16 rows of the image.
+    is how many a round or a pass has at most, by default one for each 2**22 photons, paths or rays. A task has one
+    replicate at least, and of paths 16 rows of the image.
 
     ``progress`` is called about every 100 ms; if it returns False, tasks are stopped and the result is None. Ctrl-C stops
     them, too.
@@ -146,25 +147,25 @@ def render(
         kept.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
     done = expected = 0
-    unit = "photons" if method in (None, "photons") else "paths"
+    unit = {None: "photons", "photons": "photons", "beams": "rays"}.get(method, "paths")
 
     def tell() -> bool:
         now = Progress(done, expected, unit, gathering.relative_error, time.monotonic() - start)
         return progress is None or progress(now) is not False
 
-    def cut(numbers: _Round, work: int, most: int) -> list[_Task]:
-        number, _, each, _ = numbers
+    def cut(step: str, work: int, most: int) -> list[_Task]:
         count = min(most, tasks or max(1, work // _TASK_WORK))
-        name = f"nephroid-part-{number}-{each}"
-        return [_Task(f"{name}-{i}-of-{count}", _part, scene, (numbers, i, count, asked)) for i in range(1, count + 1)]
+        # Of a round begun early, too, which has the same if it is wanted.
+        name = f"nephroid-part-{hashlib.sha256(step.encode()).hexdigest()[:32]}"
+        return [_Task(f"{name}-{i}-of-{count}", _part, scene, (step, i, count, asked)) for i in range(1, count + 1)]
 
     goal = _goal(error) if overlap else None
     with _Call(client, tell) as call:
         while not isinstance(found := gathering.next(), Film):
-            numbers, key, work, most, left = found
+            step, key, work, most, left = found
             before, expected = done, done + work
             todo = []
-            for task in cut(numbers, work, most):
+            for task in cut(step, work, most):
                 _, i, count, _ = task.arguments
                 if kept is not None and _is_added(gathering, kept / _kept_name(key, i, count), i, count):
                     done += _share(work, i, count)
@@ -172,10 +173,8 @@ def render(
                     todo.append(task)
             # A run that goes on from a folder finds parts of later rounds there: none are made before their time.
             is_new = done == before
-            number, replicates, each, earlier = numbers
-            is_doubled = _is_doubled(gathering.relative_error, goal, before, work, left)
-            next_round = (number + 1, replicates, 2 * each, earlier + each)
-            later = cut(next_round, 2 * work, most) if is_new and is_doubled else []
+            is_doubled = is_new and _is_doubled(gathering.relative_error, goal, before, work, left)
+            later = cut(_doubled(step), 2 * work, most) if is_doubled else []
             try:
                 for task, part in call.results(todo, later):
                     _, i, count, _ = task.arguments
@@ -434,6 +433,14 @@ def _is_doubled(error: float | None, goal: float | None, done: int, count: int, 
     return _CAUTION * done * (error / goal) ** 2 - (done + count) > count
 
 
+def _doubled(step: str) -> str:
+    """The round after a round, if it has twice as much work: spelt as the run spells it."""
+    now = json.loads(step)["round"]
+    each, before = now["each"], now["before"]
+    doubled = {**now, "number": now["number"] + 1, "each": 2 * each, "before": before + each}
+    return json.dumps({"round": doubled}, separators=(",", ":"))
+
+
 def _keep(folder: Path, files: Mapping[str, bytes]) -> None:
     """Writes the files of a run; the one that stands for all of them last."""
     for name in sorted(files, key=lambda name: (name.endswith(".json"), not name.endswith(".time.json"))):
@@ -522,10 +529,10 @@ def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) 
     return result
 
 
-def _part(source: str, scene: Scene, round: _Round, index: int, count: int, asked: Any) -> bytes:
-    """The sums of a part of a round."""
+def _part(source: str, scene: Scene, step: str, index: int, count: int, asked: Any) -> bytes:
+    """The sums of a part of a step of a run."""
     _check(source)
-    part: bytes = _work(lambda given, told: _nephroid.part(scene, round, index, count, given, told), asked)
+    part: bytes = _work(lambda given, told: _nephroid.part(scene, step, index, count, given, told), asked)
     return part
 
 

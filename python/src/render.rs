@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use nephroid::internals::method::wanted::{Chosen, Wanted};
 use nephroid::internals::reference::parts::{
-    GatherError, Gathered, Next, Part, Shards, Wanted as WantedRound,
+    GatherError, Gathered, Next, Part, Shards, Step, Wanted as WantedStep,
 };
-use nephroid::internals::reference::shard::{Round, Shard};
+use nephroid::internals::reference::shard::Shard;
 use nephroid::internals::scene::ReconstructionFilter;
 use nephroid::internals::setting::Given;
 use nephroid::{Budget, Context, Error, Rendering};
@@ -169,34 +169,26 @@ pub fn merge(
     Ok(film(scene, chosen, rendering, start))
 }
 
-/// A round as Python knows it: number, replicates, work of each, and work of each in the rounds before.
-type Numbers = (u64, u32, u64, u64);
-
-/// Traces part `index` of `count` of a round, both from 1 on; None if it was stopped.
+/// Traces part `index` of `count` of a step of a run, both from 1 on; None if it was stopped.
 #[pyfunction]
 pub fn part<'py>(
     py: Python<'py>,
     scene: &Scene,
-    round: Numbers,
+    step: &str,
     index: u32,
     count: u32,
     wish: Wish,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Option<Bound<'py, PyBytes>>> {
     let shard = checked_shard(py, index, count)?;
-    let (number, replicates, each, before) = round;
-    let round = Round {
-        number,
-        replicates,
-        each,
-        before,
-    };
+    let step: Step = serde_json::from_str(step)
+        .map_err(|error| errors::plain(py, format!("the step is none of a run: {error}")))?;
     let context = wish.context();
     let (inner, threads) = (Arc::clone(&scene.inner), wish.threads);
     let watched = Arc::clone(&context.progress);
     let done = work(py, threads, &watched, progress, move || {
         let Chosen { sensor, method, .. } = wish.choose(&inner, true)?;
-        method.run_part(&inner, &sensor, round, shard, &context)
+        method.run_part(&inner, &sensor, &step, shard, &context)
     })?;
     let part = done.map_err(|error| errors::run(py, &error))?;
     part.map(|part| written(py, &part)).transpose()
@@ -211,8 +203,8 @@ pub struct Gathering {
     threads: Option<usize>,
     start: Instant,
     gathered: Arc<Mutex<Gathered>>,
-    /// The round that it needs; none before the first question.
-    wanted: Mutex<Option<WantedRound>>,
+    /// The step that it needs; none before the first question.
+    wanted: Mutex<Option<WantedStep>>,
 }
 
 #[pymethods]
@@ -231,7 +223,7 @@ impl Gathering {
         })
     }
 
-    /// Adds part `index` of `count` of the round that `next` told, both from 1 on.
+    /// Adds part `index` of `count` of the step that `next` told, both from 1 on.
     fn add(&self, py: Python<'_>, part: PyBackedBytes, index: u32, count: u32) -> PyResult<()> {
         let shard = checked_shard(py, index, count)?;
         // The lock is not to be held on the way without the interpreter: another thread that adds waits with it.
@@ -250,8 +242,8 @@ impl Gathering {
         added.map_err(|error| errors::plain(py, error))
     }
 
-    /// The round that the run needs next, with the key of its contents, its work in photons or paths, the most
-    /// parts that it has and the most work that may follow; or the film, if none is needed.
+    /// The step that the run needs next, with the key of its contents, its work in photons, paths or rays, the
+    /// most parts that it has and the most work that may follow; or the film, if none is needed.
     fn next<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let scene = self.scene.get();
         let (inner, gathered) = (Arc::clone(&scene.inner), Arc::clone(&self.gathered));
@@ -264,10 +256,10 @@ impl Gathering {
         })?;
         match found.map_err(|error| errors::merge(py, &error))? {
             Next::Round(wanted) => {
-                let round = wanted.round;
-                let numbers: Numbers = (round.number, round.replicates, round.each, round.before);
+                let step = serde_json::to_string(&wanted.step)
+                    .map_err(|error| errors::plain(py, error))?;
                 let (work, most, left) = (wanted.work, wanted.most_parts, wanted.left);
-                let told = (numbers, wanted.key.clone(), work, most, left);
+                let told = (step, wanted.key.clone(), work, most, left);
                 *self.wanted.lock().unwrap_or_else(PoisonError::into_inner) = Some(*wanted);
                 Ok(told.into_pyobject(py)?.into_any())
             }

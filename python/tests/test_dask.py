@@ -117,15 +117,20 @@ def test_films_have_the_bits_of_a_run_in_one_piece(client, scene, settings):
         {"method": "path", "error": "0.01%", "spp": 37, "replicates": 3},
         {"method": "photon-map", "sensor": "eye", "seen": "anyhow", "error": "30%", "map_photons": 4096, "tasks": 4},
         {"method": "photon-map", "sensor": "eye", "photons": 5 * 2 * 4096, "map_photons": 4096, "replicates": 2},
+        {"method": "beams", "sensor": "eye", "error": "0.3%", "tasks": 3},
+        # In as many tasks as its forecast asks for; and with an error of one layer.
+        {"method": "beams", "sensor": "eye", "error": "0.03%"},
+        {"method": "beams", "sensor": "eye", "error": "3%", "layer_error": "LTTD=0.2%", "tasks": 2},
     ],
 )
-def test_paths_and_photon_maps_have_the_bits_of_a_run_in_one_piece(client, settings):
+def test_other_methods_have_the_bits_of_a_run_in_one_piece(client, settings):
     scene = ne.load_string(SMALL_VIEW)
     whole = {key: value for key, value in settings.items() if key != "tasks"}
     told = []
     film = ne.dask.render(scene, client=client, progress=told.append, **settings)
     assert_same(film, ne.render(scene, **whole))
-    assert told[-1].unit == "paths" and told[-1].done == told[-1].expected > 0
+    unit = "rays" if settings["method"] == "beams" else "paths"
+    assert told[-1].unit == unit and told[-1].done == told[-1].expected > 0
 
 
 def test_scenes_come_with_their_files(client, tmp_path, monkeypatch):
@@ -541,7 +546,11 @@ def test_errors_are_typed(client, monkeypatch):
     with pytest.raises(ne.RefusedError, match="nowhere"):
         client.submit(_render, "photons", sensor="nowhere").result()
     with pytest.raises(ne.RefusedError, match="in one piece"):
-        ne.dask.render(scene, method="beams", client=client)
+        ne.dask.render(scene, method="closed-form", client=client)
+    with pytest.raises(ne.RefusedError, match="neither --time nor --rays"):
+        ne.dask.render(scene, method="beams", rays=1000, client=client)
+    with pytest.raises(ne.RefusedError, match="no shard knows its part"):
+        ne.shard(scene, 1, 2, method="beams")
     with pytest.raises(ne.RefusedError, match="not time"):
         ne.dask.render(scene, time=1, client=client)
     with pytest.raises(ne.SettingError, match="photons"):
@@ -556,7 +565,7 @@ def test_errors_are_typed(client, monkeypatch):
 
 
 STUDY = {
-    "truth": {"method": "beams", "error": "3%"},
+    "truth": {"method": "beams", "sensor": "eye", "error": "3%"},
     "method": [
         {"method": "photons", "photons": [1024, 4096, 16384]},
         {"method": "caustic-map", "photons": 64, "map": 64},

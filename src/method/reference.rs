@@ -1,7 +1,7 @@
 //! The interface of a reference, as the table of methods sees it.
 
-use crate::reference::parts::{Divided, GatherError, Gathered, Next, Part, Shards};
-use crate::reference::shard::{Round, Shard};
+use crate::reference::parts::{Divided, GatherError, Gathered, Next, Part, Shards, Step};
+use crate::reference::shard::Shard;
 use crate::run::{Budget, Context, Cost, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Setting, Values};
@@ -79,8 +79,8 @@ pub(super) trait InParts: Sync {
     /// The file of one part of each round; `None` if it was stopped before its end.
     fn run_shard(&self, job: &Job, shard: Shard) -> Result<Option<Vec<u8>>, GatherError>;
 
-    /// One part of one round; `None` if it was stopped before its end.
-    fn run_part(&self, job: &Job, round: Round, shard: Shard) -> Result<Option<Part>, Error>;
+    /// One part of one round, or of a piece of beams; `None` if it was stopped before its end.
+    fn run_part(&self, job: &Job, step: &Step, shard: Shard) -> Result<Option<Part>, Error>;
 
     /// All parts of all rounds, put together.
     fn merge(&self, job: &Job, shards: &mut Shards) -> Result<Rendering, GatherError>;
@@ -95,8 +95,11 @@ impl<T: Divisible> InParts for T {
         setup.run_shard(&job.sensor.id, job.budget, shard)
     }
 
-    fn run_part(&self, job: &Job, round: Round, shard: Shard) -> Result<Option<Part>, Error> {
-        self.setup(job)?.run_part(&job.sensor.id, round, shard)
+    fn run_part(&self, job: &Job, step: &Step, shard: Shard) -> Result<Option<Part>, Error> {
+        let Step::Round(round) = step else {
+            return Err(other_step());
+        };
+        self.setup(job)?.run_part(&job.sensor.id, *round, shard)
     }
 
     fn merge(&self, job: &Job, shards: &mut Shards) -> Result<Rendering, GatherError> {
@@ -112,6 +115,12 @@ impl<T: Divisible> InParts for T {
             Next::Done(found) => Next::Done(Box::new(self.rendering(job, &setup, *found))),
         })
     }
+}
+
+/// The error of a step of another method.
+pub(super) fn other_step() -> Error {
+    let reason = "the step is of another method: rounds are of photons and paths, pieces of beams";
+    Refusal::new(reason).into()
 }
 
 /// A run that is asked for.

@@ -4,8 +4,8 @@ use super::Method;
 use super::entry::Entry;
 use super::reference::{InParts, Job};
 use crate::reference::parts::divided::{check_budget, check_gathered};
-use crate::reference::parts::{GatherError, Gathered, Next, Part, Shards};
-use crate::reference::shard::{Round, Shard};
+use crate::reference::parts::{GatherError, Gathered, Next, Part, Shards, Step};
+use crate::reference::shard::Shard;
 use crate::run::{Budget, Context, Error, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
 
@@ -47,7 +47,7 @@ impl Method {
         Ok(self.described(rendering, sensor))
     }
 
-    /// Traces one part of a round. `None` if it was stopped before its end.
+    /// Traces one part of a step of a run. `None` if it was stopped before its end.
     ///
     /// # Errors
     ///
@@ -57,16 +57,16 @@ impl Method {
         &self,
         scene: &Scene,
         sensor: &Sensor,
-        round: Round,
+        step: &Step,
         shard: Shard,
         context: &Context,
     ) -> Result<Option<Part>, Error> {
         self.in_parts(scene, sensor, context, check_gathered, |method, job| {
-            method.run_part(job, round, shard)
+            method.run_part(job, step, shard)
         })
     }
 
-    /// The round that a run in parts needs next, or its result: the bits of the run in one piece.
+    /// The step that a run in parts needs next, or its result: the bits of the run in one piece.
     ///
     /// # Errors
     ///

@@ -15,6 +15,7 @@ mod discovery;
 mod flat_facets;
 mod method;
 mod occluders;
+mod parts;
 mod pool;
 mod probe;
 mod probe_meshes;

@@ -183,7 +183,7 @@ fn shards_of_different_runs_do_not_merge() {
     let Ok(Next::Round(wanted)) = setup.next(&sensor.id, &few, &Gathered::default()) else {
         panic!("no round");
     };
-    let part = setup.run_part(&sensor.id, wanted.round, Shard::WHOLE);
+    let part = setup.run_part(&sensor.id, parts::round_of(&wanted), Shard::WHOLE);
     let mut bytes = Vec::new();
     part.unwrap().unwrap().write_to(&mut bytes).unwrap();
     let error = parts::opened([&bytes[..]]).err().unwrap().to_string();
@@ -252,7 +252,7 @@ fn parts_that_are_doubled_missing_or_of_another_run_are_not_gathered() {
         }
     };
     let wanted = of_round(&setup, &budget);
-    let round = wanted.round;
+    let round = parts::round_of(&wanted);
     assert_ne!(wanted.key, of_round(&other, &budget).key);
     assert_ne!(wanted.key, of_round(&setup, &photons(2_000)).key);
     let part = |setup: &Setup, round, index, count| {

@@ -2,7 +2,9 @@
 
 use std::io::Cursor;
 
-use nephroid::internals::reference::parts::{Divided, Gathered, Next, Part, ShardError, Shards};
+use nephroid::internals::reference::parts::{
+    Divided, Gathered, Next, Part, ShardError, Shards, Step, Wanted,
+};
 use nephroid::internals::reference::shard::{Round, Shard};
 use nephroid::internals::run::Budget;
 
@@ -46,6 +48,14 @@ pub fn merged<S: Divided>(setup: &S, sensor: &str, budget: &Budget, count: u32) 
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// The round that is wanted.
+pub fn round_of(wanted: &Wanted) -> Round {
+    match wanted.step {
+        Step::Round(round) => round,
+        Step::Piece(_) => panic!("a piece of beams: {wanted:?}"),
+    }
+}
+
 /// What a run finds whose rounds are traced in so many parts, the last first; and the rounds that it had.
 pub fn gathered<S: Divided>(
     setup: &S,
@@ -63,13 +73,13 @@ pub fn gathered<S: Divided>(
                 assert!(wanted.work > 0 && wanted.most_parts > 0, "{wanted:?}");
                 for index in (0..count).rev() {
                     let shard = Shard { index, count };
-                    let part = setup.run_part(sensor, wanted.round, shard);
+                    let part = setup.run_part(sensor, round_of(&wanted), shard);
                     let mut bytes = Vec::new();
                     part.unwrap().unwrap().write_to(&mut bytes).unwrap();
                     let part = Part::read_from(&bytes[..]).unwrap();
                     gathered.add(&wanted, shard, part).unwrap();
                 }
-                rounds.push(wanted.round);
+                rounds.push(round_of(&wanted));
                 keys.push(wanted.key);
             }
         }

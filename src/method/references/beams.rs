@@ -1,11 +1,15 @@
 //! Beams as a method.
 
 use crate::method::memory::{self, Layers, channels};
-use crate::method::reference::{About, Job, Reference};
+use crate::method::reference::{About, InParts, Job, Reference, other_step};
 use crate::method::rows::{self, COUNT};
 use crate::method::warnings;
+use crate::reference::beams::inputs::BeamInputs;
 use crate::reference::beams::run::{Divided, Setup};
 use crate::reference::beams::{self, BeamReport, BeamSettings, Chaotic, SignatureReport};
+use crate::reference::parts::beams::{next, run_part};
+use crate::reference::parts::{GatherError, Gathered, Next, Part, Shards, Step};
+use crate::reference::shard::Shard;
 use crate::run::format::relative;
 use crate::run::{Budget, Cost, Error, Estimate, Progress, Refusal, Rendering};
 use crate::scene::{Scene, Sensor};
@@ -111,37 +115,89 @@ impl Reference for Beams {
     }
 
     fn run(&self, job: &Job) -> Result<Rendering, Error> {
-        let (scene, values) = (job.scene, job.values);
-        let settings = settings(values);
-        let mut setup = Setup::new(scene, job.sensor, settings, &job.context.progress)?;
-        setup.ask(&values.named_fractions("layer-error"))?;
-        let mut warnings = warnings::of_chains(scene, setup.is_dark());
-        let unseen = setup.unseen().filter(|unseen| !unseen.is_black());
-        if let Some(unseen) = unseen {
-            let missed = format!(
-                "up to {:.1e} W may have been missed: that is the upper bound of every texel",
-                unseen.mean()
-            );
-            warnings.insert(1.min(warnings.len()), missed);
-        }
-        let (estimate, report) = setup.run(job.budget)?;
-        let is_known = report.passes > 0 || report.by_photons.is_some();
-        if !is_known && warnings.is_empty() {
-            warnings.push(warnings::ended_before("pass", "caustic"));
-        } else if is_known && estimate.incomplete {
-            warnings.push(warnings::NOT_REACHED.to_owned());
-        }
-        warnings.extend(warnings::unknown_direct(&estimate));
-        warnings.extend(warnings::of_camera(scene, &estimate, "beams", false));
-        let summary = summary(&estimate, &report);
-        Ok(Rendering {
-            summary,
-            warnings,
-            unit: "patches",
-            ..Rendering::new(estimate)
-                .reporting("beams", report)
-                .reporting("settings", settings)
+        let mut setup = setup(job)?;
+        let found = setup.run(job.budget)?;
+        Ok(rendering(job, &setup, found))
+    }
+
+    fn in_parts(&self) -> Option<&dyn InParts> {
+        Some(self)
+    }
+}
+
+impl InParts for Beams {
+    fn run_shard(&self, _: &Job, _: Shard) -> Result<Option<Vec<u8>>, GatherError> {
+        Err(Error::from(no_shards()).into())
+    }
+
+    fn run_part(&self, job: &Job, step: &Step, shard: Shard) -> Result<Option<Part>, Error> {
+        let Step::Piece(piece) = step else {
+            return Err(other_step());
+        };
+        let settings = settings(job.values);
+        let inputs = BeamInputs::new(job.scene, job.sensor, settings)?;
+        let progress = &job.context.progress;
+        run_part(&inputs, &settings, &job.sensor.id, piece, shard, progress)
+    }
+
+    fn merge(&self, _: &Job, _: &mut Shards) -> Result<Rendering, GatherError> {
+        Err(Error::from(no_shards()).into())
+    }
+
+    fn next(&self, job: &Job, gathered: &Gathered) -> Result<Next<Rendering>, GatherError> {
+        let mut setup = setup(job)?;
+        let (settings, sensor) = (settings(job.values), &job.sensor.id);
+        let next = next(&mut setup, &settings, sensor, job.budget, gathered)?;
+        Ok(match next {
+            Next::Round(wanted) => Next::Round(wanted),
+            Next::Done(found) => Next::Done(Box::new(rendering(job, &setup, *found))),
         })
+    }
+}
+
+/// Why beams have no shards.
+fn no_shards() -> Refusal {
+    let reason = "beams are followed in passes, each as fine as those before ask for, so that no shard knows its part \
+                  beforehand: nephroid.dask divides them";
+    Refusal::new(reason)
+}
+
+/// Sets a run up.
+fn setup<'a>(job: &Job<'a>) -> Result<Setup<'a>, Error> {
+    let settings = settings(job.values);
+    let mut setup = Setup::new(job.scene, job.sensor, settings, &job.context.progress)?;
+    setup.ask(&job.values.named_fractions("layer-error"))?;
+    Ok(setup)
+}
+
+/// The result of a run, made in one piece or put together of parts.
+fn rendering(job: &Job, setup: &Setup, (estimate, report): (Estimate, BeamReport)) -> Rendering {
+    let scene = job.scene;
+    let mut warnings = warnings::of_chains(scene, setup.is_dark());
+    let unseen = setup.unseen().filter(|unseen| !unseen.is_black());
+    if let Some(unseen) = unseen {
+        let missed = format!(
+            "up to {:.1e} W may have been missed: that is the upper bound of every texel",
+            unseen.mean()
+        );
+        warnings.insert(1.min(warnings.len()), missed);
+    }
+    let is_known = report.passes > 0 || report.by_photons.is_some();
+    if !is_known && warnings.is_empty() {
+        warnings.push(warnings::ended_before("pass", "caustic"));
+    } else if is_known && estimate.incomplete {
+        warnings.push(warnings::NOT_REACHED.to_owned());
+    }
+    warnings.extend(warnings::unknown_direct(&estimate));
+    warnings.extend(warnings::of_camera(scene, &estimate, "beams", false));
+    let summary = summary(&estimate, &report);
+    Rendering {
+        summary,
+        warnings,
+        unit: "patches",
+        ..Rendering::new(estimate)
+            .reporting("beams", report)
+            .reporting("settings", settings(job.values))
     }
 }
 

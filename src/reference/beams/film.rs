@@ -49,6 +49,7 @@ const KINDS: usize = 3;
 ///
 /// Each addition is rounded once, to a multiple of a fixed quantum, and is exact then. Integers commute, so
 /// the same cells give the same bits on any threads.
+#[derive(Debug)]
 pub struct BeamFilm<const N: usize> {
     size: [usize; 2],
     /// Sums by level. The texels of a level are as wide and high as two of the level before.
@@ -59,6 +60,7 @@ pub struct BeamFilm<const N: usize> {
 }
 
 /// The sums of one level.
+#[derive(Debug)]
 struct Level {
     size: [usize; 2],
     sums: ExactSums,
@@ -66,6 +68,14 @@ struct Level {
 
 /// Most texels a side of the coarsest level.
 const COARSEST: usize = 16;
+
+/// Columns and rows of all levels of a film of this size.
+fn levels(size: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
+    std::iter::successors(Some(size), |size| {
+        let is_coarsest = size[0].max(size[1]) <= COARSEST;
+        (!is_coarsest).then(|| size.map(|texels| texels.div_ceil(2)))
+    })
+}
 
 /// A texel of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,19 +89,13 @@ pub struct LevelTexel {
 impl<const N: usize> BeamFilm<N> {
     /// A dark film of `size` columns and rows, for a flux of `scale` in all.
     pub fn new(size: [usize; 2], scale: FixedPoint) -> Self {
-        let mut levels = Vec::new();
-        let mut side = size;
-        loop {
-            let sums = ExactSums::new(side[0] * side[1] * KINDS * N, scale);
-            levels.push(Level { size: side, sums });
-            if side[0].max(side[1]) <= COARSEST {
-                break;
-            }
-            side = side.map(|texels| texels.div_ceil(2));
-        }
+        let level = |size: [usize; 2]| Level {
+            size,
+            sums: ExactSums::new(size[0] * size[1] * KINDS * N, scale),
+        };
         Self {
             size,
-            levels,
+            levels: levels(size).map(level).collect(),
             uncertain_steps: ExactSums::new((size[0] + 1) * (size[1] + 1) * (N + 1), scale),
         }
     }
@@ -100,6 +104,12 @@ impl<const N: usize> BeamFilm<N> {
     pub const fn bytes(size: [usize; 2]) -> usize {
         // Coarser levels together have a third as many texels; uncertain flux and its spread.
         size[0] * size[1] * (KINDS * N * 4 / 3 + N + 1) * size_of::<AtomicI64>()
+    }
+
+    /// Number of sums of a film of `size` columns and rows.
+    pub fn numbers(size: [usize; 2]) -> usize {
+        let levels: usize = levels(size).map(|[width, height]| width * height).sum();
+        levels * KINDS * N + (size[0] + 1) * (size[1] + 1) * (N + 1)
     }
 
     /// Columns and rows.
@@ -155,9 +165,44 @@ impl<const N: usize> BeamFilm<N> {
         }
     }
 
+    /// All sums of a film, in quanta: level by level, then uncertain flux.
+    pub fn quanta(&self) -> impl Iterator<Item = i64> + '_ {
+        self.all()
+            .flat_map(|sums| &sums.sums)
+            .map(|sum| sum.load(Ordering::Relaxed))
+    }
+
+    /// The same, to be set.
+    pub fn quanta_mut(&mut self) -> impl Iterator<Item = &mut i64> {
+        let levels = self.levels.iter_mut().map(|level| &mut level.sums);
+        let all = levels.chain([&mut self.uncertain_steps]);
+        all.flat_map(|sums| &mut sums.sums).map(AtomicI64::get_mut)
+    }
+
+    /// Adds the sums of another film of the same size and scale; `None` if it has others, or if a sum
+    /// overflows.
+    #[must_use]
+    pub fn merge(&mut self, other: &Self) -> Option<()> {
+        let is_alike = self.size == other.size && self.scale() == other.scale();
+        for (sum, other) in self.quanta_mut().zip(other.quanta()) {
+            *sum = sum.checked_add(other)?;
+        }
+        is_alike.then_some(())
+    }
+
+    /// The scale of its sums.
+    pub fn scale(&self) -> FixedPoint {
+        self.uncertain_steps.scale
+    }
+
+    fn all(&self) -> impl Iterator<Item = &ExactSums> {
+        let levels = self.levels.iter().map(|level| &level.sums);
+        levels.chain([&self.uncertain_steps])
+    }
+
     /// True if any deposit or sum was not representable: then nothing here is valid.
     pub fn overflowed(&self) -> bool {
-        self.levels.iter().any(|level| level.sums.overflowed()) || self.uncertain_steps.overflowed()
+        self.all().any(ExactSums::overflowed)
     }
 
     /// One kind of sum of a texel: its part of the sums of all levels.
@@ -214,6 +259,7 @@ impl<const N: usize> BeamFilm<N> {
 }
 
 /// Sums that threads add to in any order.
+#[derive(Debug)]
 struct ExactSums {
     scale: FixedPoint,
     sums: Vec<AtomicI64>,

@@ -8,8 +8,9 @@ use rayon::prelude::*;
 
 use super::facets::{FacetRefiner, by_events, facet_of};
 use super::film::BeamFilm;
+use super::light::BeamLight;
 use super::limit::Limit;
-use super::pass::{BeamLight, Passes};
+use super::pass::Passes;
 use super::refine::{Asked, Refiner, Scratch, Sounding};
 use crate::numeric::{FixedPoint, Stream, StreamKind};
 use crate::run::Budget;

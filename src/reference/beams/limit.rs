@@ -95,6 +95,17 @@ impl<'a> Limit<'a> {
         most.into_iter().flatten().any(|most| self.rays() > most)
     }
 
+    /// Work that the guard allows until it ends passes \[rays\], without an end once it is taken back; `None`
+    /// if there is no guard.
+    pub fn left_of_guard(&self) -> Option<u64> {
+        let most = self.most_work?;
+        Some(if self.is_extended() {
+            u64::MAX
+        } else {
+            most.saturating_sub(self.rays())
+        })
+    }
+
     /// Adds rays to the work done.
     pub fn spend(&self, rays: u64) {
         self.rays.fetch_add(rays, Ordering::Relaxed);

@@ -1,68 +1,34 @@
 //! Light of some path signatures and sources, each signature at one tolerance.
 
 use std::cell::RefCell;
-use std::ops::Range;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
 
 use super::bars::bounded;
-use super::facets::{FacetRefiner, by_events, part_patches};
+use super::facets::{FacetRefiner, by_events};
 use super::film::BeamFilm;
+use super::light::BeamLight;
 use super::limit::Limit;
 use super::refine::{Asked, Balance, Refiner, Scratch};
 use super::sums::Sums;
+use super::tasks::{LightParts, Share, Task, tasks};
+use super::traced::{BatchSums, ChannelSums, SignatureDone, TaskDone};
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
 use crate::radiometry::Rgb;
 use crate::reference::Target;
+use crate::reference::shard::Shard;
 use crate::run::{Error, Progress};
 use crate::scene::Scene;
 use crate::transport::clearance::Clearance;
 use crate::transport::facets::path::FacetPaths;
 use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::{Cone, SharedPlaces, Source, SurfacePatch, patches};
+use crate::transport::first_surface::SharedPlaces;
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::scatter::ShadingNormals;
 use crate::transport::screen::Screen;
 use crate::transport::signature::Signature;
-
-/// Least number of patches of one task: of a surface with few patches it makes some hundred tasks. Polygons
-/// of facets share no paths: of these, one is enough.
-const LEAST_OF_TASK: usize = 16;
-/// Most patches of one task: it is so large that most neighbours, which share paths, are in one task.
-const MOST_OF_TASK: usize = 512;
-/// Number of tasks between the two.
-const TASKS: usize = 128;
-
-/// A source and the light space over its first surfaces.
-#[derive(Clone, Debug)]
-pub struct BeamLight {
-    /// The origin of the light.
-    pub source: Source,
-    /// The patches that its light may reach.
-    pub patches: Vec<SurfacePatch>,
-}
-
-impl BeamLight {
-    /// The light of all delta emitters of a scene.
-    pub fn all(scene: &Scene) -> Vec<Self> {
-        let light = |source| Self {
-            patches: patches(scene, &source),
-            source,
-        };
-        Source::all(scene).into_iter().map(light).collect()
-    }
-
-    /// The facets that its light is followed by as polygons, and the patches that are divided into cells.
-    pub fn parts(&self, facets: &Facets) -> (Vec<u32>, Vec<SurfacePatch>) {
-        match Cone::of(&self.source) {
-            // Its patches are parts of facets only, and the cone's border is none of the facets' edges.
-            Some(_) => (Vec::new(), self.patches.clone()),
-            None => part_patches(facets, &self.patches),
-        }
-    }
-}
 
 /// The inputs that all passes of a run share.
 pub struct Passes<'a> {
@@ -119,77 +85,97 @@ pub struct SignatureReport {
     pub balance_error: f64,
 }
 
-/// What a task did for one of the signatures.
-struct Done<const N: usize> {
-    /// Its number.
-    signature: usize,
-    balance: Balance<N>,
-    counters: TraversalCounters,
-}
-
-/// What a task did; `None` if it was stopped.
-type TaskResult<const N: usize> = Option<Vec<Done<N>>>;
-
 impl Passes<'_> {
-    /// Some signatures, each at its tolerance, given to `take` one by one in their order; `false` if work was
-    /// stopped before. Those that begin with the same events share the polygons of flat facets.
+    /// Follows a part of some signatures' light, each signature at its tolerance. Those that begin with the
+    /// same events share the polygons of flat facets. `None` if work was stopped before its end.
     ///
     /// # Errors
     ///
     /// If a texel's flux is not representable.
-    pub fn signatures(
+    pub fn trace(
         &self,
         lights: &[BeamLight],
         asked: &[Asked],
-        take: impl FnMut(usize, PassLayer),
-    ) -> Result<bool, Error> {
-        if self.target.is_achromatic(self.scene) {
-            self.in_channels::<1>(lights, asked, take)
+        shard: Shard,
+    ) -> Result<Option<BatchSums>, Error> {
+        let before = self.limit.rays();
+        let sums = if self.target.is_achromatic(self.scene) {
+            self.trace_in::<1>(lights, asked, shard)?
+                .map(BatchSums::Grey)
         } else {
-            self.in_channels::<3>(lights, asked, take)
+            self.trace_in::<3>(lights, asked, shard)?
+                .map(BatchSums::Colours)
+        };
+        let work = self.limit.rays() - before;
+        if self.limit.is_beyond_rays() {
+            return Ok(Some(BatchSums::Beyond { work }));
         }
+        Ok(sums.map(|sums| sums.of_work(work)))
     }
 
-    fn in_channels<const N: usize>(
+    fn trace_in<const N: usize>(
         &self,
         lights: &[BeamLight],
         asked: &[Asked],
-        mut take: impl FnMut(usize, PassLayer),
-    ) -> Result<bool, Error> {
+        shard: Shard,
+    ) -> Result<Option<ChannelSums<N>>, Error> {
         // Uncertain flux may count the same flux in several texels, and the discovery is coarse.
         let scale = FixedPoint::for_total(64.0 * self.flux).map_err(|_| not_representable())?;
-        let mut order: Vec<usize> = (0..asked.len()).collect();
-        order.sort_by(|a, b| by_events(asked[*a].0, asked[*b].0));
-        let sorted: Vec<Asked> = order.iter().map(|index| asked[*index]).collect();
+        let sorted: Vec<Asked> = order(asked).into_iter().map(|index| asked[index]).collect();
         let film = |_| BeamFilm::<N>::new(self.target.size(), scale);
         let films: Vec<BeamFilm<N>> = sorted.iter().map(film).collect();
-        let done: Vec<Vec<TaskResult<N>>> = lights
+        let parts: Vec<LightParts> = lights
             .par_iter()
-            .map(|light| self.light(light, &sorted, &films))
+            .map(|light| LightParts::new(light, self.facets))
             .collect();
-        let mut totals = vec![(Balance::<N>::default(), TraversalCounters::default()); asked.len()];
-        // In the order of the patches: floats are summed the same on any threads.
-        for task in done.into_iter().flatten() {
-            let Some(task) = task else {
-                return Ok(false);
-            };
-            for done in task {
-                let (balance, counters) = &mut totals[done.signature];
-                *balance += done.balance;
-                *counters += done.counters;
-            }
+        let tasks = tasks(&parts, asked.len());
+        let mine = tasks.iter().enumerate().filter(|(number, _)| {
+            // There are far fewer than 2³².
+            u32::try_from(*number).is_ok_and(|number| shard.holds(number))
+        });
+        let mine: Vec<(usize, &Task)> = mine.collect();
+        let screen = self.target.screen();
+        let crew = Crew {
+            passes: self,
+            screen: &screen,
+            asked: &sorted,
+            films: &films,
+            idle: Mutex::default(),
+        };
+        let done: Vec<Option<TaskDone<N>>> = mine
+            .into_par_iter()
+            .map(|(number, task)| {
+                let signatures = crew.does(task)?;
+                Some(TaskDone { number, signatures })
+            })
+            .collect();
+        if films.iter().any(BeamFilm::overflowed) {
+            return Err(not_representable());
         }
-        if self.limit.is_beyond_rays() {
-            return Ok(false);
+        let done: Option<Vec<TaskDone<N>>> = done.into_iter().collect();
+        Ok(done.map(|done| ChannelSums {
+            films: films.into_iter().map(Arc::new).collect(),
+            done,
+            work: 0,
+        }))
+    }
+
+    /// The layers of signatures whose tasks are all done, given to `take` one by one in their order.
+    ///
+    /// # Errors
+    ///
+    /// If a texel's flux is not representable, or the sums are of other signatures.
+    pub fn layers(
+        &self,
+        sums: BatchSums,
+        asked: &[Asked],
+        take: impl FnMut(usize, PassLayer),
+    ) -> Result<(), Error> {
+        match sums {
+            BatchSums::Grey(sums) => layers(sums, asked, take),
+            BatchSums::Colours(sums) => layers(sums, asked, take),
+            BatchSums::Beyond { .. } => Ok(()),
         }
-        let done = films.into_iter().zip(sorted).zip(totals);
-        let mut done: Vec<_> = order.into_iter().zip(done).collect();
-        done.sort_by_key(|(index, _)| *index);
-        // Each film goes as its layer comes.
-        for (index, ((film, (signature, _)), (balance, counters))) in done {
-            take(index, layer(signature, &film, &balance, counters)?);
-        }
-        Ok(true)
     }
 
     /// The paths of one source's light by way of flat facets.
@@ -222,79 +208,104 @@ impl Passes<'_> {
         let (shared, clearance) = (self.shared, self.clearance);
         Refiner::new(follower, shared, film, clearance, limit, asked, scratch)
     }
+}
 
-    /// One source's light, in tasks of some patches.
-    fn light<const N: usize>(
-        &self,
-        light: &BeamLight,
-        asked: &[Asked],
-        films: &[BeamFilm<N>],
-    ) -> Vec<TaskResult<N>> {
-        // Memory to work in, handed from task to task.
-        let idle: Mutex<Vec<Scratch<N>>> = Mutex::default();
-        let events = asked.iter().map(|(signature, _)| signature.len()).max();
-        let screen = self.target.screen();
-        let paths = self.paths(light);
-        let refined =
-            |signatures: Range<usize>, patches: usize, work: &dyn Fn(&mut [Refiner<'_, N>])| {
-                if self.limit.is_reached() {
-                    return None;
-                }
-                let held = idle.lock().ok().and_then(|mut idle| idle.pop());
-                let mut scratch = held.unwrap_or_else(|| Scratch::new(events.unwrap_or(0)));
-                scratch.forget();
-                let scratch = RefCell::new(scratch);
-                let mut refiners: Vec<Refiner<'_, N>> = signatures
-                    .clone()
-                    .map(|index| {
-                        let film = &films[index];
-                        self.refiner(light, &screen, asked[index], film, self.limit, &scratch)
-                    })
-                    .collect();
-                work(&mut refiners);
-                if refiners.iter().any(Refiner::was_stopped) {
-                    return None;
-                }
-                let done = |(signature, mut one): (usize, Refiner<'_, N>)| {
-                    one.tell_limit();
-                    Done {
-                        signature,
-                        counters: one.counters(),
-                        balance: one.balance,
+/// The order of signatures by which those are neighbours that share polygons.
+fn order(asked: &[Asked]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..asked.len()).collect();
+    order.sort_by(|a, b| by_events(asked[*a].0, asked[*b].0));
+    order
+}
+
+/// What threads share that do the tasks of a batch.
+struct Crew<'a, const N: usize> {
+    passes: &'a Passes<'a>,
+    screen: &'a Screen<'a>,
+    asked: &'a [Asked],
+    films: &'a [BeamFilm<N>],
+    /// Memory to work in, handed from task to task.
+    idle: Mutex<Vec<Scratch<N>>>,
+}
+
+impl<const N: usize> Crew<'_, N> {
+    /// Does a task; `None` if it was stopped before its end.
+    fn does(&self, task: &Task) -> Option<Vec<SignatureDone<N>>> {
+        let Passes { limit, .. } = *self.passes;
+        if limit.is_reached() {
+            return None;
+        }
+        let held = self.idle.lock().ok().and_then(|mut idle| idle.pop());
+        let events = self.asked.iter().map(|(signature, _)| signature.len());
+        let mut scratch = held.unwrap_or_else(|| Scratch::new(events.max().unwrap_or(0)));
+        scratch.forget();
+        let scratch = RefCell::new(scratch);
+        let refiner = |index: usize| {
+            let (asked, film) = (self.asked[index], &self.films[index]);
+            self.passes
+                .refiner(task.light, self.screen, asked, film, limit, &scratch)
+        };
+        let mut refiners: Vec<Refiner<'_, N>> = task.signatures.clone().map(refiner).collect();
+        let patches = match task.share {
+            Share::Patches(patches) => {
+                for refiner in &mut refiners {
+                    for patch in patches {
+                        refiner.refine(patch);
                     }
-                };
-                let patches = patches * signatures.len();
-                let done: Vec<Done<N>> = signatures.zip(refiners).map(done).collect();
-                self.progress.add(patches as u64);
-                if let Ok(mut idle) = idle.lock() {
-                    idle.push(scratch.into_inner());
                 }
-                Some(done)
-            };
-        let (flat, patches) = light.parts(self.facets);
-        let task = |patches: usize, least: usize| (patches / TASKS).clamp(least, MOST_OF_TASK);
-        let by_cells = (0..asked.len()).into_par_iter().flat_map(|signature| {
-            patches
-                .par_chunks(task(patches.len(), LEAST_OF_TASK))
-                .map(move |patches| (signature, patches))
-        });
-        let by_cells = by_cells.map(|(signature, patches)| {
-            refined(signature..signature + 1, patches.len(), &|refiners| {
-                for patch in patches {
-                    refiners[0].refine(patch);
-                }
-            })
-        });
-        let by_facets = flat.par_chunks(task(flat.len(), 1)).map(|facets| {
-            refined(0..asked.len(), facets.len(), &|refiners| {
-                let mut polygons = FacetRefiner::new(&paths, &screen, self.clearance, refiners);
+                patches.len()
+            }
+            Share::Facets(facets) => {
+                let paths = self.passes.paths(task.light);
+                let clearance = self.passes.clearance;
+                let mut polygons = FacetRefiner::new(&paths, self.screen, clearance, &mut refiners);
                 for facet in facets {
                     polygons.refine(*facet);
                 }
-            })
-        });
-        by_cells.chain(by_facets).collect()
+                facets.len()
+            }
+        };
+        if refiners.iter().any(Refiner::was_stopped) {
+            return None;
+        }
+        let done = |(signature, mut one): (usize, Refiner<'_, N>)| {
+            one.tell_limit();
+            SignatureDone {
+                signature,
+                counters: one.counters(),
+                balance: one.balance,
+            }
+        };
+        let count = refiners.len();
+        let done = task.signatures.clone().zip(refiners).map(done).collect();
+        self.passes.progress.add((patches * count) as u64);
+        if let Ok(mut idle) = self.idle.lock() {
+            idle.push(scratch.into_inner());
+        }
+        Some(done)
     }
+}
+
+/// The layers of signatures whose tasks are all done.
+fn layers<const N: usize>(
+    sums: ChannelSums<N>,
+    asked: &[Asked],
+    mut take: impl FnMut(usize, PassLayer),
+) -> Result<(), Error> {
+    let mut totals = vec![(Balance::<N>::default(), TraversalCounters::default()); asked.len()];
+    // In the order of the tasks: floats are summed the same on any threads.
+    for done in sums.done.into_iter().flat_map(|task| task.signatures) {
+        let (balance, counters) = &mut totals[done.signature];
+        *balance += done.balance;
+        *counters += done.counters;
+    }
+    let done = sums.films.into_iter().zip(totals);
+    let mut done: Vec<_> = order(asked).into_iter().zip(done).collect();
+    done.sort_by_key(|(index, _)| *index);
+    // Each film goes as its layer comes.
+    for (index, (film, (balance, counters))) in done {
+        take(index, layer(asked[index].0, &film, &balance, counters)?);
+    }
+    Ok(())
 }
 
 /// A signature's layer from its film.
@@ -392,14 +403,12 @@ mod tests {
             .collect();
         let mut layers = Vec::new();
         for batch in asked.chunks(if together { asked.len() } else { 1 }) {
-            assert!(
-                passes
-                    .signatures(&lights, batch, |index, layer| {
-                        assert_eq!(index, layers.len() % batch.len());
-                        layers.push(layer);
-                    })
-                    .unwrap()
-            );
+            let sums = passes.trace(&lights, batch, Shard::WHOLE).unwrap().unwrap();
+            let take = |index, layer| {
+                assert_eq!(index, layers.len() % batch.len());
+                layers.push(layer);
+            };
+            passes.layers(sums, batch, take).unwrap();
         }
         layers
     }

@@ -1,49 +1,34 @@
-//! Layers made with smaller and smaller tolerances, until the budget is used.
+//! A run, set up: the light that the discovery found, and how it is divided into layers.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-use super::batch::{batches, most as most_together};
-use super::by_photons::{OF_BEAMS, PhotonPart};
+use super::batch::most as most_together;
+use super::by_photons::PhotonPart;
 use super::coarse::coarse;
 use super::discovery::{DiscoveryInputs, SignatureLight, discover};
 use super::film::BeamFilm;
-use super::finish;
 use super::forecast::Forecast;
-use super::layers::{BeamLayer, Made, lit};
+use super::inputs::BeamInputs;
+use super::layers::{BeamLayer, lit};
+use super::light::BeamLight;
 use super::limit::Limit;
-use super::pass::{BeamLight, Passes};
+use super::pass::Passes;
 use super::refine::{Asked, Limits};
 use super::report::BeamReport;
 use super::schedule::{self, Known};
-use super::selection::{Found, LeftOut, MARGIN, bound, left, needed_for, reached};
+use super::selection::{Found, bound, needed_for, reached};
 use super::settings::{BeamSettings, Chaotic, target_error};
-use super::support::supports;
-use crate::geometry::TraversalCounters;
-use crate::numeric::math;
+use super::source::Here;
 use crate::radiometry::Rgb;
-use crate::reference::target::{LitTexels, Target};
+use crate::reference::target::LitTexels;
 use crate::run::{Budget, Error, Estimate, Progress};
 use crate::scene::{Scene, Sensor};
 use crate::setting::SettingError;
-use crate::transport::camera::Camera;
-use crate::transport::clearance::Clearance;
-use crate::transport::direct::{AREA_SAMPLES, Direct, direct};
-use crate::transport::facets::table::Facets;
-use crate::transport::first_surface::SharedPlaces;
-use crate::transport::signature::{MAX_EVENTS, Signature};
+use crate::transport::signature::Signature;
 
 /// Error that light is left out for if no error is asked for.
 const LEAST_TARGET: f64 = 1e-5;
-
-/// Part of the error that is left of it after the next pass if no error is asked for.
-const WITHOUT_TARGET: f64 = 0.25;
-
-/// Number of passes that may light nothing, each finer than the one before, until nothing is known.
-const MOST_UNLIT: u32 = 3;
-
-/// Factor of the tolerance after a pass whose cells were too large to light any texel.
-const UNLIT: f64 = 1.0 / 256.0;
 
 /// The part of the light landing beside a film that the film has room for, too: the discovery's estimate of a
 /// small flux on it is no better.
@@ -70,24 +55,19 @@ pub struct Divided {
 /// A signature of a layer that is made.
 pub(super) struct Member {
     /// The number of the layer.
-    layer: usize,
+    pub(super) layer: usize,
     /// The layer's tolerance.
-    tolerance: f64,
+    pub(super) tolerance: f64,
     pub(super) asked: Asked,
     /// Flux \[W\] that a texel may get of it, if its cells are too coarse to tell.
-    may_get: Option<Vec<f64>>,
+    pub(super) may_get: Option<Vec<f64>>,
 }
 
 /// A run, set up.
 pub struct Setup<'a> {
-    pub(super) scene: &'a Scene,
+    pub(in crate::reference) inputs: BeamInputs<'a>,
     pub(super) sensor: &'a Sensor,
     pub(super) settings: BeamSettings,
-    pub(super) target: Target,
-    pub(super) lights: Vec<BeamLight>,
-    clearance: Clearance<'a>,
-    shared: SharedPlaces<'a>,
-    facets: Facets,
     /// The brightest first.
     pub(super) signatures: Vec<(Signature, SignatureLight)>,
     /// Estimated flux \[W\] of all signatures on the film, or beside it if next to none is on it.
@@ -120,18 +100,11 @@ impl<'a> Setup<'a> {
         progress: &'a Progress,
     ) -> Result<Self, Error> {
         let began = Instant::now();
-        supports(scene)?;
-        if settings.max_depth as usize > MAX_EVENTS {
-            let depth = settings.max_depth.to_string();
-            let allowed = format!("0 to {MAX_EVENTS} specular events");
-            return Err(SettingError::value("max-depth", &depth, allowed).into());
-        }
-        let target = Target::new(scene, sensor, settings.shading_normals, Camera::new)?;
-        let lights = BeamLight::all(scene);
+        let inputs = BeamInputs::new(scene, sensor, settings)?;
         let found = discover(&DiscoveryInputs {
             scene,
-            lights: &lights,
-            screen: &target.screen(),
+            lights: &inputs.lights,
+            screen: &inputs.target.screen(),
             max_depth: settings.max_depth,
             shading_normals: settings.shading_normals,
         });
@@ -142,14 +115,9 @@ impl<'a> Setup<'a> {
             found.signatures.into_iter().collect();
         signatures.sort_by(|(a, x), (b, y)| y.flux.total_cmp(&x.flux).then(a.cmp(b)));
         Ok(Self {
-            scene,
+            inputs,
             sensor,
             settings,
-            target,
-            lights,
-            clearance: Clearance::new(scene),
-            shared: SharedPlaces::new(scene, settings.shading_normals),
-            facets: Facets::new(scene),
             signatures,
             flux,
             landed,
@@ -212,115 +180,21 @@ impl<'a> Setup<'a> {
     ///
     /// If a texel's flux is not representable.
     pub fn run(&mut self, budget: &Budget) -> Result<(Estimate, BeamReport), Error> {
-        let limit = Limit::new(budget, self.progress, self.began);
-        let direct = match &self.target {
-            Target::Receiver(receiver) => Some(
-                // No area light shines: seed and samples have no effect.
-                direct(self.scene, receiver, 0, AREA_SAMPLES, &|| {
-                    limit.is_reached()
-                })
-                .unwrap_or_else(|| Direct::unknown(receiver.texels())),
-            ),
-            Target::Camera { .. } => None,
-        };
-        let mut counters = direct
-            .as_ref()
-            .map(|direct| direct.counters)
-            .unwrap_or_default();
-        limit.spend(counters.rays);
-        let target = target_error(budget);
-        let film = self.target.size();
-        if !limit.is_set() {
-            let forecast = self.forecast(budget);
-            self.progress.set_forecast(Some(forecast.time));
-        }
-        let limit = limit.early(self.early(budget)).guarded(self.guard());
-        let (mut layers, others) = self.layers(target);
-        let passes = self.spend(&mut layers, &others, target, &limit, &mut counters)?;
-        let lit = self.lit(&layers, &others);
-        // If the discovery found light on the film, layers without any tell nothing.
-        let is_dark = lit.is_none() && self.is_lit();
-        let (made, waiting): (Vec<BeamLayer>, Vec<BeamLayer>) = layers
-            .into_iter()
-            .partition(|layer| layer.made.is_some() && !is_dark);
-        // A limit may end a run before it knows light that is too bright to be left out.
-        let coarse = target.unwrap_or(schedule::COARSE_ERROR);
-        let is_due = |layer: &&BeamLayer| layer.needed_for > coarse;
-        let missing = waiting.iter().filter(is_due).flat_map(|one| &one.members);
-        let missing = missing.fold(0.0, |sum, (_, found)| sum + found.on_film);
-        let is_asked = waiting.iter().any(|layer| layer.asked.is_some());
-        let waiting = waiting.into_iter().flat_map(|one| one.members);
-        let others: Vec<Found> = others.into_iter().chain(waiting).collect();
-        let of_beams = lit.map(|lit| schedule::error(&self.known(&made, lit)));
-        let rest = if missing > 0.0 || self.photon_part.is_some() {
-            self.by_photons(&made, &others, lit, budget)?
-        } else {
-            None
-        };
-        let (missing, left_out) = match &rest {
-            Some(_) => (0.0, LeftOut::default()),
-            None => (
-                missing,
-                LeftOut::of(others.iter(), film).and_everywhere(MARGIN * missing, film),
-            ),
-        };
-        let reached = match (&rest, lit, of_beams) {
-            (Some((rest, _)), ..) => rest.relative_error,
-            (None, Some(lit), Some(error)) => {
-                let left_out = lit.relative_error(left_out.squares) / self.typical_measure();
-                Some(math::hypot(error, left_out))
-            }
-            _ => None,
-        };
-        let limited = budget.time.is_some() || budget.work.is_some();
-        let is_unmet = match (target, reached) {
-            (Some(target), Some(error)) => error > target,
-            (Some(_), None) => rest.is_some(),
-            (None, _) => false,
-        } || made.iter().any(|layer| layer.is_unmet(&self.target));
-        let incomplete = self.progress.is_stopped()
-            || is_unmet && !limited
-            || missing > 0.0
-            || is_asked
-            || rest.as_ref().is_some_and(|(rest, _)| rest.incomplete)
-            || made.is_empty() && rest.is_none() && !self.is_dark();
-        let reports = made.iter().filter_map(|layer| layer.made.as_ref());
-        let report = BeamReport {
-            passes,
-            not_followed: left_out.flux,
-            relative_tolerance: reports
-                .clone()
-                .map(|made| made.tolerance)
-                .reduce(f64::min)
-                .unwrap_or(0.0),
-            signatures: reports.flat_map(|made| made.reports.clone()).collect(),
-            by_photons: rest.as_ref().map(|(_, report)| report.clone()),
-        };
-        let outcome = finish::RunOutcome {
-            scene: self.scene,
-            target: &self.target,
-            layers: made,
-            left_out,
-            rest: rest.map(|(rest, _)| rest),
-            unseen: self.unseen(),
-            direct: direct.as_ref(),
-            relative_error: reached,
-            counters,
-            incomplete,
-        };
-        Ok((outcome.estimate(), report))
+        let spent = self.spend(budget, &mut Here)?;
+        self.finish(budget, spent)
     }
 
     /// The measure of a texel. Texels are about alike, but for those that no surface fills.
     pub(super) fn typical_measure(&self) -> f64 {
-        let measures = (0..self.target.texels()).map(|texel| self.target.measure(texel));
+        let measures =
+            (0..self.inputs.target.texels()).map(|texel| self.inputs.target.measure(texel));
         let measures: Vec<f64> = measures.filter(|measure| *measure > 0.0).collect();
         measures.iter().sum::<f64>() / measures.len() as f64
     }
 
     /// The layers that are followed to an error, and the signatures that are not.
     pub(super) fn layers(&mut self, target: Option<f64>) -> (Vec<BeamLayer>, Vec<Found>) {
-        let film = self.target.size();
+        let film = self.inputs.target.size();
         let least = target.unwrap_or(LEAST_TARGET);
         let needed = needed_for(&self.signatures, film);
         let found = self.signatures.iter().cloned().zip(needed);
@@ -369,87 +243,16 @@ impl<'a> Setup<'a> {
         (layer.needed_for > goal).then_some(first.min(coarsest.fold(0.0, f64::max)))
     }
 
-    /// Makes the layers until their error is reached, or no budget is left. Returns the number of passes.
-    fn spend(
-        &self,
-        layers: &mut [BeamLayer],
-        others: &[Found],
-        target: Option<f64>,
-        limit: &Limit,
-        counters: &mut TraversalCounters,
-    ) -> Result<u32, Error> {
-        let first = schedule::first(target, limit.is_set());
-        let goal = target.unwrap_or(schedule::COARSE_ERROR);
-        let tolerances = layers.iter().map(|layer| self.first(layer, first, goal));
-        let mut tolerances: Vec<Option<f64>> = tolerances.collect();
-        let mut passes = 0;
-        let mut unlit = 0;
-        while tolerances.iter().any(Option::is_some) {
-            let (began, rays) = (Instant::now(), limit.rays());
-            let work = self.pass(layers, &tolerances, limit, counters)?;
-            passes += u32::from(work > 0.0);
-            if limit.is_reached() {
-                break;
-            }
-            let Some(mut lit) = self.lit(layers, others) else {
-                if !self.is_lit() || unlit == MOST_UNLIT {
-                    break;
-                }
-                unlit += 1;
-                for tolerance in tolerances.iter_mut().flatten() {
-                    *tolerance *= UNLIT;
-                }
-                continue;
-            };
-            if self.photon_part.is_some() {
-                lit = self.with_others(lit, others);
-            }
-            let known = self.known(layers, lit);
-            let error = schedule::error(&known);
-            self.progress.set_relative_error(Some(error));
-            if !layers
-                .iter()
-                .any(|layer| layer.made.is_none() && layer.needed_for > goal)
-            {
-                limit.extend();
-            }
-            let goal = target.unwrap_or(WITHOUT_TARGET * error);
-            let affordable = work * limit.affordable(began.elapsed(), limit.rays() - rays);
-            let goal = if self.photon_part.is_none() {
-                left(goal)
-            } else {
-                OF_BEAMS * goal
-            };
-            let finer = schedule::affordable(&known, goal, affordable);
-            let mut finer = finer.into_iter();
-            let again = |layer: &BeamLayer| {
-                layer.made.as_ref()?;
-                let both = [finer.next().flatten(), layer.own_tolerance(&self.target)];
-                both.into_iter().flatten().reduce(f64::min)
-            };
-            tolerances = layers.iter().map(again).collect();
-            if tolerances.iter().all(Option::is_none) {
-                break;
-            }
-            for (layer, tolerance) in layers.iter().zip(&mut tolerances) {
-                if layer.made.is_none() {
-                    *tolerance = self.first(layer, first, goal);
-                }
-            }
-        }
-        Ok(passes)
-    }
-
     /// The texels that are lit, by light that is left out, too; `None` if no layer lights any.
-    fn lit(&self, layers: &[BeamLayer], others: &[Found]) -> Option<LitTexels> {
+    pub(super) fn lit(&self, layers: &[BeamLayer], others: &[Found]) -> Option<LitTexels> {
         let waiting = layers.iter().filter(|layer| layer.made.is_none());
         let waiting = waiting.flat_map(|layer| &layer.members);
-        let by_others = reached(others.iter().chain(waiting), self.target.size());
-        lit(layers, &by_others, &self.target)
+        let by_others = reached(others.iter().chain(waiting), self.inputs.target.size());
+        lit(layers, &by_others, &self.inputs.target)
     }
 
     /// True if the discovery found light on the film.
-    fn is_lit(&self) -> bool {
+    pub(super) fn is_lit(&self) -> bool {
         self.signatures.iter().any(|(_, found)| found.on_film > 0.0)
     }
 
@@ -474,7 +277,7 @@ impl<'a> Setup<'a> {
 
     /// The limits of its division.
     fn limits(&self, member: &Found, tolerance: f64) -> Limits {
-        let texels = self.target.texels() as f64;
+        let texels = self.inputs.target.texels() as f64;
         Limits {
             tolerance: self.own(member, tolerance) * self.flux / texels.sqrt(),
             flux: member.1.may_bring(),
@@ -484,91 +287,35 @@ impl<'a> Setup<'a> {
 
     /// The inputs of passes.
     pub(super) fn passes<'p>(&'p self, limit: &'p Limit<'p>) -> Passes<'p> {
-        Passes {
-            scene: self.scene,
-            target: &self.target,
-            clearance: &self.clearance,
-            shared: &self.shared,
-            facets: &self.facets,
-            shading_normals: self.settings.shading_normals,
-            flux: self.flux.max(LEAST_OF_LANDED * self.landed),
-            limit,
-            progress: self.progress,
-        }
+        self.inputs.passes(self.room(), limit, self.progress)
+    }
+
+    /// Flux \[W\], about, that a film must have room for.
+    pub(super) fn room(&self) -> f64 {
+        self.flux.max(LEAST_OF_LANDED * self.landed)
     }
 
     /// Flux \[W\] of a signature that a texel may get in any channel, by the discovery's paths.
     fn may_get(&self, found: &SignatureLight) -> Vec<f64> {
         // They tell a mean of channels: one of them may have all of it.
-        let channels = f64::from(self.target.channels(self.scene));
-        let bound = bound(&found.landings, self.target.size());
+        let channels = f64::from(self.inputs.target.channels(self.inputs.scene));
+        let bound = bound(&found.landings, self.inputs.target.size());
         bound.into_iter().map(|one| one * channels).collect()
     }
 
     /// The layers as the schedule sees them.
     pub(super) fn known(&self, layers: &[BeamLayer], lit: LitTexels) -> Vec<Known> {
         let made = layers.iter().filter_map(|layer| layer.made.as_ref());
-        made.map(|made| made.known(lit, &self.target)).collect()
-    }
-
-    /// Makes some layers anew, each at its relative tolerance, as far as the limit allows. Returns the work
-    /// that they took.
-    fn pass(
-        &self,
-        layers: &mut [BeamLayer],
-        tolerances: &[Option<f64>],
-        limit: &Limit,
-        counters: &mut TraversalCounters,
-    ) -> Result<f64, Error> {
-        let passes = self.passes(limit);
-        let patches: usize = self.lights.iter().map(|light| light.patches.len()).sum();
-        let asked = || {
-            layers
-                .iter()
-                .zip(tolerances)
-                .filter(|(_, asked)| asked.is_some())
-        };
-        let signatures: usize = asked().map(|(layer, _)| layer.members.len()).sum();
-        self.progress.begin_pass((patches * signatures) as u64);
-        let members = self.members(layers, tolerances);
-        let mut waiting: Vec<(Made, usize)> = layers
-            .iter()
-            .map(|layer| (Made::default(), layer.members.len()))
-            .collect();
-        let mut all = 0.0;
-        let may_end = limit.is_set() || self.photon_part.is_some();
-        for batch in batches(members.len(), self.most_together(), may_end) {
-            let batch = &members[batch];
-            let asked: Vec<Asked> = batch.iter().map(|one| one.asked).collect();
-            let is_done = passes.signatures(&self.lights, &asked, |index, mut one| {
-                let member = &batch[index];
-                *counters += one.counters;
-                if let Some(bound) = &member.may_get {
-                    one.sums.widen(bound);
-                }
-                let (made, left) = &mut waiting[member.layer];
-                made.add(one);
-                *left -= 1;
-                if *left == 0
-                    && let Some(made) = std::mem::take(made).layer(member.tolerance)
-                {
-                    all += made.work;
-                    layers[member.layer].take(made, &self.target);
-                }
-            })?;
-            if !is_done {
-                break;
-            }
-        }
-        Ok(all)
+        made.map(|made| made.known(lit, &self.inputs.target))
+            .collect()
     }
 
     /// Most signatures that are followed together: flat facets' polygons have something to share.
     pub(super) fn most_together(&self) -> usize {
-        let is_flat = |light: &BeamLight| !light.parts(&self.facets).0.is_empty();
-        if self.lights.iter().any(is_flat) {
-            let size = self.target.size();
-            most_together(match self.target.channels(self.scene) {
+        let is_flat = |light: &BeamLight| !light.parts(&self.inputs.facets).0.is_empty();
+        if self.inputs.lights.iter().any(is_flat) {
+            let size = self.inputs.target.size();
+            most_together(match self.inputs.target.channels(self.inputs.scene) {
                 1 => BeamFilm::<1>::bytes(size),
                 _ => BeamFilm::<3>::bytes(size),
             })

@@ -4,6 +4,7 @@
 //! ([`by_photons`](super::by_photons)). After the last, photons measure their part, and what time or a wrong
 //! forecast left of beams'.
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::batch::batches;
@@ -53,23 +54,32 @@ impl<'a> Setup<'a> {
 
     /// Likely work on each signature.
     fn sounded(&self, layers: &[BeamLayer], target: Option<f64>) -> WorkBySignature {
-        let limit = Limit::new(&Budget::default(), self.progress, self.began);
-        let passes = self.passes(&limit);
-        let sample = |(index, light)| (light, Sample::of(&passes, light, index));
-        let lights: Vec<_> = self.lights.iter().enumerate().map(sample).collect();
-        let mut all = WorkBySignature::new();
         let first = schedule::first(target, false);
         let goal = target.unwrap_or(schedule::COARSE_ERROR);
         let tolerances = layers.iter().map(|layer| self.first(layer, first, goal));
         let members = self.members(layers, &tolerances.collect::<Vec<_>>());
-        for batch in batches(members.len(), self.most_together(), false) {
-            let asked: Vec<Asked> = members[batch].iter().map(|one| one.asked).collect();
-            all.extend(passes.sound(&lights, &asked));
-        }
+        let batches = batches(members.len(), self.most_together(), false).into_iter();
+        let asked = |batch: Range<usize>| members[batch].iter().map(|one| one.asked).collect();
+        let mut all = self.sounded_batches(batches.map(asked));
         for work in all.values_mut() {
             *work = *work * schedule::after_first(target);
         }
         all
+    }
+
+    /// Likely work on each signature of some batches.
+    pub(in crate::reference) fn sounded_batches(
+        &self,
+        batches: impl IntoIterator<Item = Vec<Asked>>,
+    ) -> WorkBySignature {
+        let limit = Limit::new(&Budget::default(), self.progress, self.began);
+        let passes = self.passes(&limit);
+        let sample = |(index, light)| (light, Sample::of(&passes, light, index));
+        let lights: Vec<_> = self.inputs.lights.iter().enumerate().map(sample).collect();
+        let batches = batches.into_iter();
+        batches
+            .flat_map(|asked| passes.sound(&lights, &asked))
+            .collect()
     }
 
     /// Photons with their part of the light, given beams' work; `None` if beams keep all of it.
@@ -79,9 +89,9 @@ impl<'a> Setup<'a> {
         if all < LEAST_WORK {
             return None;
         }
-        let reached = reached(self.signatures.iter(), self.target.size());
+        let reached = reached(self.signatures.iter(), self.inputs.target.size());
         let lit = match reached.iter().filter(|reached| **reached).count() {
-            0 => self.target.texels(),
+            0 => self.inputs.target.texels(),
             lit => lit,
         };
         let photons = self.photons(budget)?;
@@ -118,7 +128,7 @@ impl<'a> Setup<'a> {
     /// Photons that may measure some of the light; `None` if they must not, or cannot.
     fn photons(&self, budget: &Budget) -> Option<ByPhotons<'a>> {
         self.is_shared(budget)
-            .then(|| ByPhotons::new(self.scene, self.sensor, self.settings, self.progress))
+            .then(|| ByPhotons::new(self.inputs.scene, self.sensor, self.settings, self.progress))
             .flatten()
     }
 

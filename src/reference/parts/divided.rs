@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use super::gather::{Gathered, RoundsElsewhere, Wanted};
+use super::gather::{Gathered, RoundsElsewhere, Step, Wanted};
 use super::identity::{RunIdentity, ShardError};
 use super::part::Part;
 use super::shards::Shards;
@@ -103,7 +103,7 @@ pub trait Divided: Sized {
                 shards.check_end()?;
                 Ok(*found)
             }
-            Next::Round(wanted) => Err(ShardError::NoRound(wanted.round.number).into()),
+            Next::Round(wanted) => Err(ShardError::NoRound(wanted.run.round.number).into()),
         }
     }
 
@@ -148,7 +148,7 @@ fn replay<S: Divided>(
         let done = round.before.saturating_add(round.each);
         let each = schedule.most.saturating_sub(done);
         return Ok(Next::Round(Box::new(Wanted {
-            round,
+            step: Step::Round(round),
             key: run.key(),
             work,
             most_parts,

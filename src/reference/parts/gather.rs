@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
+use serde::{Deserialize, Serialize};
+
 use super::identity::{RunIdentity, ShardError};
 use super::part::Part;
 use super::sums::Sums;
+use crate::reference::beams::piece::Piece;
 use crate::reference::shard::{Round, Shard};
 
 /// The parts that have come, round by round.
@@ -22,14 +25,24 @@ struct RoundSum {
     given: Vec<u32>,
 }
 
-/// A round that a run needs.
+/// A step of a run, which is made in parts before the next is known.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Step {
+    /// A round of replicates.
+    Round(Round),
+    /// Some batches of a pass of beams.
+    Piece(Piece),
+}
+
+/// A step that a run needs.
 #[derive(Clone, Debug)]
 pub struct Wanted {
     /// Which one.
-    pub round: Round,
+    pub step: Step,
     /// A hash of what its parts are made from: it names their contents.
     pub key: String,
-    /// Its work in all, in photons or paths.
+    /// Its work in all, in photons or paths; of beams about, in rays.
     pub work: u64,
     /// The most parts of which each has something to do.
     pub most_parts: u32,

@@ -9,6 +9,8 @@
 //! them), [`part`] is its file, [`gather`] puts parts together as they come, and [`shards`] reads files of
 //! parts.
 
+mod beam_films;
+pub mod beams;
 pub mod divided;
 mod films;
 pub mod gather;
@@ -23,7 +25,7 @@ pub mod shards;
 pub mod sums;
 
 pub use divided::{Divided, GatherError, Next};
-pub use gather::{Gathered, Wanted};
+pub use gather::{Gathered, Step, Wanted};
 pub use identity::ShardError;
 pub use part::Part;
 pub use shards::Shards;

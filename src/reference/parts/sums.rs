@@ -7,10 +7,12 @@ use std::io::{BufRead, Write};
 
 use serde::{Deserialize, Serialize};
 
+use super::beam_films::{self, SmallBeams};
 use super::films::{self, SmallPhotons};
 use super::identity::{RunIdentity, ShardError};
 use super::moments::{self, SmallPath};
 use crate::geometry::TraversalCounters;
+use crate::reference::beams::traced::BatchSums;
 use crate::reference::path::sums::RoundSums as PathSums;
 use crate::reference::photon_map::sums::RoundSums as PhotonMapSums;
 use crate::reference::photons::sums::RoundSums as PhotonSums;
@@ -25,6 +27,8 @@ pub enum Sums {
     PhotonMap(PhotonMapSums),
     /// Paths of the rows of some parts, each in one piece.
     Path(Vec<(Shard, PathSums)>),
+    /// Some tasks of each batch of a piece of beams.
+    Beams(Vec<BatchSums>),
 }
 
 /// The small sums, by method.
@@ -34,6 +38,7 @@ pub(super) enum SmallSums {
     Photons(SmallPhotons),
     PhotonMap { counters: TraversalCounters },
     Path(SmallPath),
+    Beams(SmallBeams),
 }
 
 impl Sums {
@@ -47,6 +52,7 @@ impl Sums {
             (Self::Photons(sums), Self::Photons(others)) => sums.merge(&others)?,
             (Self::PhotonMap(sums), Self::PhotonMap(others)) => sums.merge(&others)?,
             (Self::Path(parts), Self::Path(others)) => parts.extend(others),
+            (Self::Beams(sums), Self::Beams(others)) => beam_films::merge(sums, others)?,
             _ => return Err(of_another_method()),
         }
         Ok(())
@@ -60,6 +66,7 @@ impl Sums {
                 counters: sums.counters,
             },
             Self::Path(parts) => SmallSums::Path(SmallPath::of(parts)),
+            Self::Beams(sums) => SmallSums::Beams(SmallBeams::of(sums)),
         }
     }
 
@@ -81,6 +88,7 @@ impl Sums {
                     moments::write(sums, &mut writer)?;
                 }
             }
+            Self::Beams(sums) => beam_films::write(sums, writer)?,
         }
         Ok(())
     }
@@ -107,6 +115,9 @@ impl Sums {
             (SmallSums::Path(small), "path") => {
                 let sums = moments::read(run, shard, &small, reader)?;
                 Ok(Self::Path(vec![(shard, sums)]))
+            }
+            (SmallSums::Beams(small), "beams") => {
+                beam_films::read(run, &small, reader).map(Self::Beams)
             }
             _ => Err(of_another_method()),
         }

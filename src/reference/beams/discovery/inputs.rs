@@ -1,7 +1,7 @@
 //! The inputs that all parts of a discovery share.
 
 use super::places::{StartPlace, places_of};
-use crate::reference::beams::pass::BeamLight;
+use crate::reference::beams::light::BeamLight;
 use crate::scene::Scene;
 use crate::transport::fixed_signature::PathFollower;
 use crate::transport::scatter::ShadingNormals;

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::reference::beams::pass::BeamLight;
+use crate::reference::beams::light::BeamLight;
 use crate::scene::Scene;
 use crate::transport::first_surface::{Source, SurfaceChart, SurfacePatch};
 

@@ -3,7 +3,7 @@
 use crate::transport::flux::Flux;
 
 /// The balance of the light of some cells.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance<const N: usize> {
     /// Light \[W\] that set out towards the cells' surface, all signatures together, mean of channels.
     pub emitted: f64,

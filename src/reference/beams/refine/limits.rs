@@ -18,7 +18,7 @@ const LEAST_UNCLEARED: f64 = 1.0 / 4096.0;
 const MOST_OF_SIGNATURE: f64 = 1.0 / 64.0;
 
 /// The limits of the division of one signature's light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Limits {
     /// Misplaced flux \[W\] that a cell may have.
     pub tolerance: f64,
