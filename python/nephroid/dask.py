@@ -10,6 +10,7 @@ of them by a hash of its contents, and puts results together: to the bits of the
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib.util
 import json
@@ -504,6 +505,26 @@ def _copy(scene: Scene) -> Scene:
 _held: weakref.WeakKeyDictionary[Any, threading.Lock] = weakref.WeakKeyDictionary()
 
 
+@contextlib.contextmanager
+def _unsampled(worker: Any) -> Iterator[None]:
+    """Stops the worker's profiler meanwhile: a hundred times a second it looks where Python is, which is always here, and
+    takes a tenth of a core or more."""
+
+    def set_sampling(is_on: bool) -> None:
+        # Its clock belongs to the worker's loop. A worker that closes has none.
+        if sampler := worker.periodic_callbacks.get("profile"):
+            if is_on and worker.status == Status.running:
+                sampler.start()
+            else:
+                sampler.stop()
+
+    worker.loop.add_callback(set_sampling, False)
+    try:
+        yield
+    finally:
+        worker.loop.add_callback(set_sampling, True)
+
+
 def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) -> Any:
     """Does a task on all threads of the worker until it has a result, which is neither None nor False. It ends without
     one if nobody waits for it any more; or if the worker closes: then another takes it."""
@@ -521,7 +542,8 @@ def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) 
         if not goes_on():
             raise distributed.Reschedule
     try:
-        result = function({**given, "threads": worker.state.nthreads}, goes_on)
+        with _unsampled(worker):
+            result = function({**given, "threads": worker.state.nthreads}, goes_on)
     finally:
         held.release()
     if result is None or result is False:

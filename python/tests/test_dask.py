@@ -117,10 +117,10 @@ def test_films_have_the_bits_of_a_run_in_one_piece(client, scene, settings):
         {"method": "path", "error": "0.01%", "spp": 37, "replicates": 3},
         {"method": "photon-map", "sensor": "eye", "seen": "anyhow", "error": "30%", "map_photons": 4096, "tasks": 4},
         {"method": "photon-map", "sensor": "eye", "photons": 5 * 2 * 4096, "map_photons": 4096, "replicates": 2},
-        {"method": "beams", "sensor": "eye", "error": "0.3%", "tasks": 3},
+        {"method": "beams", "sensor": "eye", "filter": "box", "error": "0.3%", "tasks": 3},
         # In as many tasks as its forecast asks for; and with an error of one layer.
-        {"method": "beams", "sensor": "eye", "error": "0.03%"},
-        {"method": "beams", "sensor": "eye", "error": "3%", "layer_error": "LTTD=0.2%", "tasks": 2},
+        {"method": "beams", "sensor": "eye", "filter": "box", "error": "0.03%"},
+        {"method": "beams", "sensor": "eye", "filter": "box", "error": "3%", "layer_error": "LTTD=0.2%", "tasks": 2},
     ],
 )
 def test_other_methods_have_the_bits_of_a_run_in_one_piece(client, settings):
@@ -477,6 +477,26 @@ def test_a_task_has_all_threads_of_a_worker_to_itself():
         assert max(threads for _, threads in seen) == 4
 
 
+def test_dasks_profiler_rests_while_a_task_works(client):
+    """It would take a tenth of a core."""
+    scene = ne.load_file(GLASS, size=16)
+    seen = []
+
+    def progress(_):
+        if all(client.run(_is_working).values()):
+            seen.append(client.run(_is_sampled))
+        return len(seen) < 3
+
+    assert all(client.run(_is_sampled).values())
+    assert ne.dask.render(scene, photons=ENDLESS, tasks=2, client=client, progress=progress) is None
+    assert not any(seen[-1].values())
+    wait_for(lambda: all(client.run(_is_sampled).values()))
+
+
+def _is_sampled(dask_worker):
+    return dask_worker.periodic_callbacks["profile"].is_running()
+
+
 def _threads():
     names = pathlib.Path("/proc/self/task").glob("*/comm")
     return sum(name.read_text().strip() == "nephroid" for name in names)
@@ -565,7 +585,7 @@ def test_errors_are_typed(client, monkeypatch):
 
 
 STUDY = {
-    "truth": {"method": "beams", "sensor": "eye", "error": "3%"},
+    "truth": {"method": "beams", "sensor": "eye", "filter": "box", "error": "3%"},
     "method": [
         {"method": "photons", "photons": [1024, 4096, 16384]},
         {"method": "caustic-map", "photons": 64, "map": 64},
