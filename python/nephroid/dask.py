@@ -53,6 +53,9 @@ _PERIOD = 0.1
 #: Seconds between two looks for workers that came or went.
 _LOOK = 1.0
 
+#: Looks after which a task without a worker is sent again.
+_MOST_LOOKS = 5
+
 #: Seconds without any worker before a warning says so.
 _PATIENCE = 30.0
 
@@ -160,9 +163,18 @@ def render(
         name = f"nephroid-part-{hashlib.sha256(step.encode()).hexdigest()[:32]}"
         return [_Task(f"{name}-{i}-of-{count}", _part, scene, (step, i, count, asked)) for i in range(1, count + 1)]
 
+    is_stopped = False
+
+    def goes_on(_: object) -> bool:
+        nonlocal is_stopped
+        is_stopped = not tell()
+        return not is_stopped
+
     goal = _goal(error) if overlap else None
     with _Call(client, tell) as call:
-        while not isinstance(found := gathering.next(), Film):
+        while not isinstance(found := gathering.next(goes_on), Film):
+            if is_stopped:
+                return None
             step, key, work, most, left = found
             before, expected = done, done + work
             todo = []
@@ -185,6 +197,8 @@ def render(
                         _write(kept / _kept_name(key, i, count), part)
             except _Stopped:
                 return None
+    if is_stopped:
+        return None
     tell()
     return found
 
@@ -261,6 +275,9 @@ class _Call:
         #: By task, the worker that it was meant for.
         self._places: dict[str, str] = {}
         self._futures: dict[str, Any] = {}
+        #: How often a task was seen without a worker; how often it was sent again.
+        self._looks: Counter[str] = Counter()
+        self._sent_again: Counter[str] = Counter()
         self._workers: list[str] = []
         self._looked = -_LOOK
         #: When a worker was seen last, as far as nobody was told yet.
@@ -299,6 +316,12 @@ class _Call:
                 # What a lost worker had needs a place elsewhere, at once. What is done has its place.
                 later.clear()
                 self._drop([key for key in self._places if key not in under_way])
+                for key in self._stranded():
+                    task = under_way.pop(key)
+                    self._drop([key])
+                    # Under another name: Dask would remember the one that it gives to nobody.
+                    self._sent_again[task.name] += 1
+                    waiting.appendleft(task)
             while waiting and (worker := self._free(_AHEAD)) is not None:
                 task = waiting.popleft()
                 wait_for(task, self._submit(task, worker))
@@ -340,6 +363,19 @@ class _Call:
             self._met = math.inf
         return not set(self._places.values()) <= set(self._workers)
 
+    def _stranded(self) -> list[str]:
+        """Tasks of lost workers that Dask gives to nobody. One that has lost its worker while the others were paused is not
+        looked at again: once it was seen so for some looks, it is to be sent again."""
+        lost = [key for key, worker in self._places.items() if worker not in self._workers]
+        if lost:
+            elsewhere = {key: worker for worker, keys in self._client.processing().items() for key in keys}
+            for key in lost:
+                if key in elsewhere:
+                    self._places[key] = elsewhere[key]
+                else:
+                    self._looks[key] += 1
+        return [key for key in lost if self._looks[key] > _MOST_LOOKS and not self._futures[key].done()]
+
     def _free(self, most: int) -> str | None:
         """The worker that has least to do, if it has fewer than so many tasks."""
         # Counted once: workers times tasks are millions on a large cluster.
@@ -348,7 +384,8 @@ class _Call:
         return None if worker is None or busy[worker] >= most else worker
 
     def _key(self, task: _Task) -> str:
-        return f"{task.name}-{self._suffix}"
+        again = self._sent_again[task.name]
+        return f"{task.name}-{self._suffix}" + (f"-again-{again}" if again else "")
 
     def _submit(self, task: _Task, worker: str, is_later: bool = False) -> Any:
         key = self._key(task)
@@ -498,6 +535,8 @@ def _copy(scene: Scene) -> Scene:
     return scene
 
 
+_CLOSING = (Status.closing, Status.closed, Status.failed)
+
 #: Of each worker of this process, what its task of the moment holds: there is one at a time, on all of its threads.
 #:
 #: Dask's resources would do the same, but a worker gets them after it has joined. Tasks that waited for a worker when it
@@ -513,7 +552,7 @@ def _unsampled(worker: Any) -> Iterator[None]:
     def set_sampling(is_on: bool) -> None:
         # Its clock belongs to the worker's loop. A worker that closes has none.
         if sampler := worker.periodic_callbacks.get("profile"):
-            if is_on and worker.status == Status.running:
+            if is_on and worker.status not in _CLOSING:
                 sampler.start()
             else:
                 sampler.stop()
@@ -533,8 +572,7 @@ def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) 
 
     def goes_on(_: object = None) -> bool:
         task = worker.state.tasks.get(key)
-        is_closing = worker.status in (Status.closing, Status.closed, Status.failed)
-        return task is not None and task.state != "cancelled" and not is_closing
+        return task is not None and task.state != "cancelled" and worker.status not in _CLOSING
 
     # In one step, whatever thread comes first.
     held = _held.setdefault(worker, threading.Lock())

@@ -242,14 +242,19 @@ impl Gathering {
         added.map_err(|error| errors::plain(py, error))
     }
 
-    /// The step that the run needs next, with the key of its contents, its work in photons, paths or rays, the
-    /// most parts that it has and the most work that may follow; or the film, if none is needed.
-    fn next<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    /// The step that the run needs next, with the key of its contents, its work in photons, paths or rays,
+    /// the most parts that it has and the most work that may follow; or the film, if none is needed.
+    /// `callback` is told meanwhile, and stops the run by returning False: then the film is worth nothing.
+    fn next<'py>(
+        &self,
+        py: Python<'py>,
+        callback: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let scene = self.scene.get();
         let (inner, gathered) = (Arc::clone(&scene.inner), Arc::clone(&self.gathered));
         let (chosen, context) = (self.chosen.clone(), self.context.clone());
         let progress = Arc::clone(&context.progress);
-        let found = work(py, self.threads, &progress, None, move || {
+        let found = work(py, self.threads, &progress, callback, move || {
             let gathered = gathered.lock().unwrap_or_else(PoisonError::into_inner);
             let Chosen { sensor, method, .. } = chosen;
             method.next(&inner, &sensor, &gathered, &context)

@@ -133,8 +133,8 @@ def test_shards_of_paths_and_photon_maps_are_the_run_in_one_piece(method, settin
 
 
 def test_a_method_that_is_made_in_one_piece_says_so():
-    with pytest.raises(ne.RefusedError, match="a run of beams is made in one piece"):
-        ne.shard(ne.load_file(SCENES / "glass-ball.xml", size=8), 1, 2, method="beams")
+    with pytest.raises(ne.RefusedError, match="path, photon-map: a run of closed-form is made in one piece"):
+        ne.shard(ne.load_file(SCENES / "glass-ball.xml", size=8), 1, 2, method="closed-form")
 
 
 def test_a_scene_goes_through_pickle():

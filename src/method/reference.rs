@@ -76,6 +76,11 @@ pub(super) trait Divisible: Sync {
 
 /// Runs in parts, whatever the reference.
 pub(super) trait InParts: Sync {
+    /// Refuses shards, if no part of a run is known beforehand.
+    fn check_shards(&self) -> Result<(), Refusal> {
+        Ok(())
+    }
+
     /// The file of one part of each round; `None` if it was stopped before its end.
     fn run_shard(&self, job: &Job, shard: Shard) -> Result<Option<Vec<u8>>, GatherError>;
 

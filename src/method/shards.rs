@@ -24,6 +24,7 @@ impl Method {
         shard: Shard,
         context: &Context,
     ) -> Result<Option<Vec<u8>>, GatherError> {
+        self.check_shards()?;
         self.in_parts(scene, sensor, context, check_budget, |method, job| {
             method.run_shard(job, shard)
         })
@@ -42,6 +43,7 @@ impl Method {
         shards: &mut Shards,
         context: &Context,
     ) -> Result<Rendering, GatherError> {
+        self.check_shards()?;
         let merge = |method: &dyn InParts, job: &Job| method.merge(job, shards);
         let rendering = self.in_parts(scene, sensor, context, check_budget, merge)?;
         Ok(self.described(rendering, sensor))
@@ -118,20 +120,35 @@ impl Method {
         context.install(|| Ok(work(method, &job)))?
     }
 
+    /// Refuses methods that have no shards.
+    fn check_shards(&self) -> Result<(), Error> {
+        let method = self.in_parts_or_else(|method| {
+            let names = names(|one| one.check_shards().is_ok());
+            format!("shards are for --method {names}: a run of {method} is made in one piece")
+        });
+        Ok(method?.check_shards()?)
+    }
+
     /// The method, if its runs can be divided.
     fn divisible(&self) -> Result<&dyn InParts, Refusal> {
+        self.in_parts_or_else(|method| {
+            let names = names(|_| true);
+            format!("runs of {names} can be divided: a run of {method} is made in one piece")
+        })
+    }
+
+    fn in_parts_or_else(&self, reason: impl Fn(&str) -> String) -> Result<&dyn InParts, Refusal> {
         let method = match &self.entry {
             Entry::Reference(one) => one.in_parts(),
             Entry::Technique(_) => None,
         };
-        method.ok_or_else(|| {
-            let names = Entry::references().filter(|one| one.in_parts().is_some());
-            let names: Vec<&str> = names.map(|one| one.about().name).collect();
-            Refusal::new(format!(
-                "shards are for --method {}: a run of {} is made in one piece",
-                names.join(", "),
-                self.name()
-            ))
-        })
+        method.ok_or_else(|| Refusal::new(reason(self.name())))
     }
+}
+
+/// The names of those methods that can be divided, as far as `is_meant`.
+fn names(is_meant: impl Fn(&dyn InParts) -> bool) -> String {
+    let names = Entry::references().filter(|one| one.in_parts().is_some_and(&is_meant));
+    let names: Vec<&str> = names.map(|one| one.about().name).collect();
+    names.join(", ")
 }

@@ -1,11 +1,12 @@
 //! Beams in parts, as several machines would make them: the bits of a run in one piece.
 
+use nephroid::internals::mitsuba;
 use nephroid::internals::reference::beams::inputs::BeamInputs;
 use nephroid::internals::reference::beams::piece::Piece;
 use nephroid::internals::reference::beams::run::Setup;
 use nephroid::internals::reference::beams::traced::BatchSums;
 use nephroid::internals::reference::beams::{BeamReport, BeamSettings, Chaotic, run};
-use nephroid::internals::reference::parts::beams::{next, run_part};
+use nephroid::internals::reference::parts::beams::{MOST_BYTES, next, run_part};
 use nephroid::internals::reference::parts::{Gathered, Next, Part, Step, Wanted};
 use nephroid::internals::reference::shard::Shard;
 use nephroid::internals::run::{Budget, Estimate, Progress};
@@ -25,6 +26,7 @@ struct InParts<'a> {
     settings: BeamSettings,
     budget: Budget,
     layer_error: &'a [(&'a str, f64)],
+    most_bytes: usize,
     gathered: Gathered,
 }
 
@@ -35,6 +37,7 @@ impl<'a> InParts<'a> {
             settings,
             budget,
             layer_error: &[],
+            most_bytes: MOST_BYTES,
             gathered: Gathered::default(),
         }
     }
@@ -44,8 +47,8 @@ impl<'a> InParts<'a> {
         let (sensor, progress) = (meter(self.scene), Progress::default());
         let mut setup = Setup::new(self.scene, sensor, self.settings, &progress).unwrap();
         setup.ask(self.layer_error).unwrap();
-        let (settings, budget) = (&self.settings, &self.budget);
-        next(&mut setup, settings, &sensor.id, budget, &self.gathered).unwrap()
+        let (budget, gathered) = (&self.budget, &self.gathered);
+        next(&mut setup, &sensor.id, budget, gathered, self.most_bytes).unwrap()
     }
 
     /// The bytes of a part of a piece.
@@ -138,6 +141,54 @@ fn parts_have_the_bits_of_the_whole_run() {
     }
     // The tolerances of a second pass come from the sums of the first.
     assert!(passes.iter().any(|passes| *passes > 1), "{passes:?}");
+}
+
+#[test]
+fn parts_have_the_bits_of_the_whole_if_films_of_a_pass_do_not_fit_together() {
+    let scene = held(bundled("glass-ball", 24));
+    let asked = || InParts {
+        // One batch a piece.
+        most_bytes: 1,
+        ..InParts::new(scene, BeamSettings::default(), Budget::error(0.01))
+    };
+    let passes = assert_parts_have_the_bits_of_the_whole(asked, "one batch a piece", &[2]);
+    assert!(asked().found(1).1 as u32 > passes);
+}
+
+#[test]
+fn parts_have_the_bits_of_the_whole_if_there_are_several_lights() {
+    // Smooth cells and flat facets, of two lights and of a third with a cone.
+    let lamp = |x: f64| {
+        format!(r#"<emitter type="point"><point name="position" value="{x}, 0.3, 3"/></emitter>"#)
+    };
+    let text = format!(
+        r#"<scene version="3.0.0">
+            <shape type="rectangle">
+                <transform name="to_world"><scale value="2"/><translate z="-0.6"/></transform>
+                <sensor type="irradiancemeter" id="floor"><film type="hdrfilm">
+                    <integer name="width" value="24"/><integer name="height" value="24"/>
+                </film></sensor>
+            </shape>
+            <shape type="sphere"><float name="radius" value="0.4"/><bsdf type="dielectric"/></shape>
+            <shape type="cube">
+                <transform name="to_world"><scale value="0.3"/><rotate y="1" angle="20"/><translate x="1"/></transform>
+                <bsdf type="dielectric"/>
+            </shape>
+            {}{}
+            <emitter type="spot">
+                <float name="cutoff_angle" value="20"/>
+                <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+            </emitter>
+        </scene>"#,
+        lamp(0.2),
+        lamp(-0.7)
+    );
+    let path = std::path::absolute("lights.xml").unwrap();
+    let file = [(path.clone(), text.into_bytes())];
+    let (scene, _) = mitsuba::load_held(&path, &[], &file, false).unwrap();
+    let scene = held(scene);
+    let asked = || InParts::new(scene, BeamSettings::default(), Budget::error(0.02));
+    assert_parts_have_the_bits_of_the_whole(asked, "three lights", &[3]);
 }
 
 #[test]
@@ -272,13 +323,8 @@ fn a_run_that_is_divided_has_an_error_for_a_limit() {
         Budget::work(1000),
         Budget::time(std::time::Duration::from_secs(1)),
     ] {
-        let found = next(
-            &mut setup,
-            &settings,
-            &sensor.id,
-            &budget,
-            &Gathered::default(),
-        );
+        let gathered = Gathered::default();
+        let found = next(&mut setup, &sensor.id, &budget, &gathered, MOST_BYTES);
         let error = found.unwrap_err().to_string();
         assert!(error.contains("neither --time nor --rays"), "{error}");
     }

@@ -7,7 +7,7 @@ use crate::method::warnings;
 use crate::reference::beams::inputs::BeamInputs;
 use crate::reference::beams::run::{Divided, Setup};
 use crate::reference::beams::{self, BeamReport, BeamSettings, Chaotic, SignatureReport};
-use crate::reference::parts::beams::{next, run_part};
+use crate::reference::parts::beams::{MOST_BYTES, check_error_only, next, run_part};
 use crate::reference::parts::{GatherError, Gathered, Next, Part, Shards, Step};
 use crate::reference::shard::Shard;
 use crate::run::format::relative;
@@ -126,6 +126,10 @@ impl Reference for Beams {
 }
 
 impl InParts for Beams {
+    fn check_shards(&self) -> Result<(), Refusal> {
+        Err(no_shards())
+    }
+
     fn run_shard(&self, _: &Job, _: Shard) -> Result<Option<Vec<u8>>, GatherError> {
         Err(Error::from(no_shards()).into())
     }
@@ -145,9 +149,9 @@ impl InParts for Beams {
     }
 
     fn next(&self, job: &Job, gathered: &Gathered) -> Result<Next<Rendering>, GatherError> {
+        check_error_only(job.budget).map_err(Error::from)?;
         let mut setup = setup(job)?;
-        let (settings, sensor) = (settings(job.values), &job.sensor.id);
-        let next = next(&mut setup, &settings, sensor, job.budget, gathered)?;
+        let next = next(&mut setup, &job.sensor.id, job.budget, gathered, MOST_BYTES)?;
         Ok(match next {
             Next::Round(wanted) => Next::Round(wanted),
             Next::Done(found) => Next::Done(Box::new(rendering(job, &setup, *found))),

@@ -183,11 +183,13 @@ impl<const N: usize> BeamFilm<N> {
     /// overflows.
     #[must_use]
     pub fn merge(&mut self, other: &Self) -> Option<()> {
-        let is_alike = self.size == other.size && self.scale() == other.scale();
+        if self.size != other.size || self.scale() != other.scale() {
+            return None;
+        }
         for (sum, other) in self.quanta_mut().zip(other.quanta()) {
             *sum = sum.checked_add(other)?;
         }
-        is_alike.then_some(())
+        Some(())
     }
 
     /// The scale of its sums.

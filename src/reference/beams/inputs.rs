@@ -1,5 +1,6 @@
 //! What beams of any signature need of a scene.
 
+use super::film::BeamFilm;
 use super::light::BeamLight;
 use super::limit::Limit;
 use super::pass::Passes;
@@ -58,6 +59,15 @@ impl<'a> BeamInputs<'a> {
             facets: Facets::new(scene),
             shading_normals,
         })
+    }
+
+    /// Memory \[bytes\] of one signature's film.
+    pub fn film_bytes(&self) -> usize {
+        let size = self.target.size();
+        match self.target.channels(self.scene) {
+            1 => BeamFilm::<1>::bytes(size),
+            _ => BeamFilm::<3>::bytes(size),
+        }
     }
 
     /// The inputs of passes for films with room for `flux` \[W\], about.

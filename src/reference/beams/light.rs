@@ -1,5 +1,7 @@
 //! The light of one source, as beams follow it.
 
+use std::borrow::Cow;
+
 use super::facets::part_patches;
 use crate::scene::Scene;
 use crate::transport::facets::table::Facets;
@@ -25,11 +27,12 @@ impl BeamLight {
     }
 
     /// The facets that its light is followed by as polygons, and the patches that are divided into cells.
-    pub fn parts(&self, facets: &Facets) -> (Vec<u32>, Vec<SurfacePatch>) {
-        match Cone::of(&self.source) {
-            // Its patches are parts of facets only, and the cone's border is none of the facets' edges.
-            Some(_) => (Vec::new(), self.patches.clone()),
-            None => part_patches(facets, &self.patches),
+    pub fn parts(&self, facets: &Facets) -> (Vec<u32>, Cow<'_, [SurfacePatch]>) {
+        // A cone's patches are parts of facets only, and its border is none of the facets' edges.
+        if facets.is_empty() || Cone::of(&self.source).is_some() {
+            return (Vec::new(), Cow::Borrowed(&self.patches));
         }
+        let (flat, others) = part_patches(facets, &self.patches);
+        (flat, Cow::Owned(others))
     }
 }

@@ -11,9 +11,9 @@
 //! Light by way of flat facets only has its own way of division ([`facets`]): there the borders are known.
 //!
 //! One [`pass`] does so for one path signature and one tolerance. [`mod@run`] finds the signatures
-//! ([`discovery`]), and repeats passes with smaller tolerances until the error asked for is reached. Nothing
-//! but sums on the film ([`sums`]) is kept of a pass: memory does not grow with the number of cells. Light
-//! that is divided without end goes to photons (`by_photons`).
+//! ([`discovery`]), and `spend` repeats passes with smaller tolerances until the error asked for is reached.
+//! Nothing but sums on the film ([`sums`]) is kept of a pass: memory does not grow with the number of cells.
+//! Light that is divided without end goes to photons (`by_photons`).
 
 pub mod bars;
 mod batch;

@@ -12,7 +12,7 @@ use super::light::BeamLight;
 use super::limit::Limit;
 use super::refine::{Asked, Balance, Refiner, Scratch};
 use super::sums::Sums;
-use super::tasks::{LightParts, Share, Task, tasks};
+use super::tasks::{LightParts, Task, Towards, tasks};
 use super::traced::{BatchSums, ChannelSums, SignatureDone, TaskDone};
 use crate::geometry::TraversalCounters;
 use crate::numeric::FixedPoint;
@@ -110,7 +110,15 @@ impl Passes<'_> {
         if self.limit.is_beyond_rays() {
             return Ok(Some(BatchSums::Beyond { work }));
         }
-        Ok(sums.map(|sums| sums.of_work(work)))
+        let Some(mut sums) = sums else {
+            return Ok(None);
+        };
+        // Last: what is stopped is of no use, whatever is in it.
+        if sums.overflowed() {
+            return Err(not_representable());
+        }
+        sums.set_work(work);
+        Ok(Some(sums))
     }
 
     fn trace_in<const N: usize>(
@@ -145,37 +153,16 @@ impl Passes<'_> {
         let done: Vec<Option<TaskDone<N>>> = mine
             .into_par_iter()
             .map(|(number, task)| {
-                let signatures = crew.does(task)?;
+                let signatures = crew.follow(task)?;
                 Some(TaskDone { number, signatures })
             })
             .collect();
-        if films.iter().any(BeamFilm::overflowed) {
-            return Err(not_representable());
-        }
         let done: Option<Vec<TaskDone<N>>> = done.into_iter().collect();
         Ok(done.map(|done| ChannelSums {
             films: films.into_iter().map(Arc::new).collect(),
             done,
             work: 0,
         }))
-    }
-
-    /// The layers of signatures whose tasks are all done, given to `take` one by one in their order.
-    ///
-    /// # Errors
-    ///
-    /// If a texel's flux is not representable, or the sums are of other signatures.
-    pub fn layers(
-        &self,
-        sums: BatchSums,
-        asked: &[Asked],
-        take: impl FnMut(usize, PassLayer),
-    ) -> Result<(), Error> {
-        match sums {
-            BatchSums::Grey(sums) => layers(sums, asked, take),
-            BatchSums::Colours(sums) => layers(sums, asked, take),
-            BatchSums::Beyond { .. } => Ok(()),
-        }
     }
 
     /// The paths of one source's light by way of flat facets.
@@ -229,7 +216,7 @@ struct Crew<'a, const N: usize> {
 
 impl<const N: usize> Crew<'_, N> {
     /// Does a task; `None` if it was stopped before its end.
-    fn does(&self, task: &Task) -> Option<Vec<SignatureDone<N>>> {
+    fn follow(&self, task: &Task) -> Option<Vec<SignatureDone<N>>> {
         let Passes { limit, .. } = *self.passes;
         if limit.is_reached() {
             return None;
@@ -245,8 +232,8 @@ impl<const N: usize> Crew<'_, N> {
                 .refiner(task.light, self.screen, asked, film, limit, &scratch)
         };
         let mut refiners: Vec<Refiner<'_, N>> = task.signatures.clone().map(refiner).collect();
-        let patches = match task.share {
-            Share::Patches(patches) => {
+        let patches = match task.towards {
+            Towards::Patches(patches) => {
                 for refiner in &mut refiners {
                     for patch in patches {
                         refiner.refine(patch);
@@ -254,7 +241,7 @@ impl<const N: usize> Crew<'_, N> {
                 }
                 patches.len()
             }
-            Share::Facets(facets) => {
+            Towards::Facets(facets) => {
                 let paths = self.passes.paths(task.light);
                 let clearance = self.passes.clearance;
                 let mut polygons = FacetRefiner::new(&paths, self.screen, clearance, &mut refiners);
@@ -285,12 +272,21 @@ impl<const N: usize> Crew<'_, N> {
     }
 }
 
-/// The layers of signatures whose tasks are all done.
-fn layers<const N: usize>(
+/// The layers of signatures whose tasks are all done, given to `take` one by one in their order. There are
+/// none of a batch that ended before.
+pub(super) fn layers(sums: BatchSums, asked: &[Asked], take: impl FnMut(usize, PassLayer)) {
+    match sums {
+        BatchSums::Grey(sums) => layers_in(sums, asked, take),
+        BatchSums::Colours(sums) => layers_in(sums, asked, take),
+        BatchSums::Beyond { .. } => {}
+    }
+}
+
+fn layers_in<const N: usize>(
     sums: ChannelSums<N>,
     asked: &[Asked],
     mut take: impl FnMut(usize, PassLayer),
-) -> Result<(), Error> {
+) {
     let mut totals = vec![(Balance::<N>::default(), TraversalCounters::default()); asked.len()];
     // In the order of the tasks: floats are summed the same on any threads.
     for done in sums.done.into_iter().flat_map(|task| task.signatures) {
@@ -303,9 +299,8 @@ fn layers<const N: usize>(
     done.sort_by_key(|(index, _)| *index);
     // Each film goes as its layer comes.
     for (index, (film, (balance, counters))) in done {
-        take(index, layer(asked[index].0, &film, &balance, counters)?);
+        take(index, layer(asked[index].0, &film, &balance, counters));
     }
-    Ok(())
 }
 
 /// A signature's layer from its film.
@@ -314,10 +309,7 @@ fn layer<const N: usize>(
     film: &BeamFilm<N>,
     balance: &Balance<N>,
     counters: TraversalCounters,
-) -> Result<PassLayer, Error> {
-    if film.overflowed() {
-        return Err(not_representable());
-    }
+) -> PassLayer {
     let sums = bounded(film);
     let on_film: Rgb = sums.flux.iter().copied().sum();
     let received = balance.received.rgb();
@@ -332,11 +324,11 @@ fn layer<const N: usize>(
         emitted: balance.emitted,
         balance_error: (on_film - received).map(f64::abs).max_channel() / emitted,
     };
-    Ok(PassLayer {
+    PassLayer {
         sums,
         report,
         counters,
-    })
+    }
 }
 
 fn not_representable() -> Error {
@@ -408,7 +400,7 @@ mod tests {
                 assert_eq!(index, layers.len() % batch.len());
                 layers.push(layer);
             };
-            passes.layers(sums, batch, take).unwrap();
+            super::layers(sums, batch, take);
         }
         layers
     }

@@ -7,7 +7,6 @@ use super::batch::most as most_together;
 use super::by_photons::PhotonPart;
 use super::coarse::coarse;
 use super::discovery::{DiscoveryInputs, SignatureLight, discover};
-use super::film::BeamFilm;
 use super::forecast::Forecast;
 use super::inputs::BeamInputs;
 use super::layers::{BeamLayer, lit};
@@ -128,6 +127,11 @@ impl<'a> Setup<'a> {
             began,
             progress,
         })
+    }
+
+    /// Its settings.
+    pub fn settings(&self) -> BeamSettings {
+        self.settings
     }
 
     /// True if no light was found that meets a specular surface and gets to the sensor.
@@ -314,11 +318,7 @@ impl<'a> Setup<'a> {
     pub(super) fn most_together(&self) -> usize {
         let is_flat = |light: &BeamLight| !light.parts(&self.inputs.facets).0.is_empty();
         if self.inputs.lights.iter().any(is_flat) {
-            let size = self.inputs.target.size();
-            most_together(match self.inputs.target.channels(self.inputs.scene) {
-                1 => BeamFilm::<1>::bytes(size),
-                _ => BeamFilm::<3>::bytes(size),
-            })
+            most_together(self.inputs.film_bytes())
         } else {
             1
         }

@@ -8,6 +8,7 @@ use super::by_photons::OF_BEAMS;
 use super::finish;
 use super::layers::{BeamLayer, Made};
 use super::limit::Limit;
+use super::pass::layers as pass_layers;
 use super::refine::Asked;
 use super::report::BeamReport;
 use super::run::Setup;
@@ -302,7 +303,7 @@ impl Setup<'_> {
             let Some(sums) = sums.filter(|sums| !matches!(sums, BatchSums::Beyond { .. })) else {
                 return Ok((all, false));
             };
-            passes.layers(sums, asked, |index, mut one| {
+            pass_layers(sums, asked, |index, mut one| {
                 let member = &batch[index];
                 *counters += one.counters;
                 if let Some(bound) = &member.may_get {
@@ -317,7 +318,7 @@ impl Setup<'_> {
                     all += made.work;
                     layers[member.layer].take(made, &self.inputs.target);
                 }
-            })?;
+            });
         }
         Ok((all, true))
     }

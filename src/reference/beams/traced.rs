@@ -65,15 +65,22 @@ impl BatchSums {
         }
     }
 
-    /// The same after so much work.
-    #[must_use]
-    pub fn of_work(mut self, all: u64) -> Self {
-        match &mut self {
+    /// Tells the work that it took.
+    pub(super) fn set_work(&mut self, all: u64) {
+        match self {
             Self::Grey(sums) => sums.work = all,
             Self::Colours(sums) => sums.work = all,
             Self::Beyond { work } => *work = all,
         }
-        self
+    }
+
+    /// True if a texel's flux was not representable: then nothing here is valid.
+    pub(super) fn overflowed(&self) -> bool {
+        match self {
+            Self::Grey(sums) => sums.films.iter().any(|film| film.overflowed()),
+            Self::Colours(sums) => sums.films.iter().any(|film| film.overflowed()),
+            Self::Beyond { .. } => false,
+        }
     }
 
     /// Adds what other tasks of the same batch did.
@@ -90,8 +97,7 @@ impl BatchSums {
             (_, Self::Beyond { .. }) => *self = Self::Beyond { work },
             _ => return Err(Unlike),
         }
-        let sums = std::mem::replace(self, Self::Beyond { work });
-        *self = sums.of_work(work);
+        self.set_work(work);
         Ok(())
     }
 

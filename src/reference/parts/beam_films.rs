@@ -28,12 +28,11 @@ enum SmallBatch {
     Beyond { work: u64 },
 }
 
-/// Number of films and of tasks, and what tells their sums apart from their numbers.
+/// Number of films and of tasks, and what their numbers mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Extent {
     films: usize,
-    /// Number of signatures of each task.
-    tasks: Vec<(usize, usize)>,
+    tasks: usize,
     /// The exponent of 2 of the films' quantum.
     exponent: i32,
     work: u64,
@@ -57,11 +56,10 @@ impl SmallBeams {
 
 impl Extent {
     fn of<const N: usize>(sums: &ChannelSums<N>) -> Self {
-        let task = |task: &TaskDone<N>| (task.number, task.signatures.len());
         let scale = sums.films.first().map(|film| film.scale());
         Self {
             films: sums.films.len(),
-            tasks: sums.done.iter().map(task).collect(),
+            tasks: sums.done.len(),
             exponent: scale.unwrap_or(FixedPoint::OF_ONE).exponent(),
             work: sums.work,
         }
@@ -110,28 +108,35 @@ fn write_batch<const N: usize>(
             writer.write_all(&quanta.to_le_bytes())?;
         }
     }
-    for done in sums.done.iter().flat_map(|task| &task.signatures) {
-        let SignatureDone {
-            signature,
-            balance,
-            counters,
-        } = done;
-        let light = [balance.emitted]
-            .into_iter()
-            .chain(balance.received.0)
-            .chain(balance.uncertain.0);
-        let numbers = [
-            *signature as u64,
-            balance.cells,
-            balance.cut_cells,
-            balance.unresolved_cells,
-            counters.rays,
-            counters.node_visits,
-            counters.primitive_tests,
-        ];
-        for number in numbers.into_iter().chain(light.map(f64::to_bits)) {
-            writer.write_all(&number.to_le_bytes())?;
+    for task in &sums.done {
+        for number in [task.number, task.signatures.len()] {
+            writer.write_all(&(number as u64).to_le_bytes())?;
         }
+        for done in &task.signatures {
+            write_done(done, &mut writer)?;
+        }
+    }
+    Ok(())
+}
+
+fn write_done<const N: usize>(
+    done: &SignatureDone<N>,
+    mut writer: impl Write,
+) -> Result<(), ShardError> {
+    let (balance, counters) = (&done.balance, &done.counters);
+    let numbers = [
+        done.signature as u64,
+        balance.cells,
+        balance.cut_cells,
+        balance.unresolved_cells,
+        counters.rays,
+        counters.node_visits,
+        counters.primitive_tests,
+    ];
+    let light = [balance.emitted].into_iter();
+    let light = light.chain(balance.received.0).chain(balance.uncertain.0);
+    for number in numbers.into_iter().chain(light.map(f64::to_bits)) {
+        writer.write_all(&number.to_le_bytes())?;
     }
     Ok(())
 }
@@ -179,13 +184,14 @@ fn read_batch<const N: usize>(
         films.push(Arc::new(film));
     }
     let mut done = Vec::new();
-    for (number, count) in &extent.tasks {
+    for _ in 0..extent.tasks {
+        let words = read_words(2, &mut reader)?;
         let mut signatures = Vec::new();
-        for _ in 0..*count {
+        for _ in 0..words[1] {
             signatures.push(read_done(&mut reader)?);
         }
         done.push(TaskDone {
-            number: *number,
+            number: index(words[0]),
             signatures,
         });
     }
@@ -201,7 +207,7 @@ fn read_done<const N: usize>(reader: impl BufRead) -> Result<SignatureDone<N>, S
     let (numbers, light) = words.split_at(7);
     let light = |index: usize| f64::from_bits(light[index]);
     Ok(SignatureDone {
-        signature: usize::try_from(numbers[0]).unwrap_or(usize::MAX),
+        signature: index(numbers[0]),
         balance: Balance {
             emitted: light(0),
             received: Flux(std::array::from_fn(|channel| light(1 + channel))),
@@ -216,6 +222,11 @@ fn read_done<const N: usize>(reader: impl BufRead) -> Result<SignatureDone<N>, S
             primitive_tests: numbers[6],
         },
     })
+}
+
+/// A number that counts something: none is as large as the largest.
+fn index(number: u64) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
 }
 
 /// So many numbers, as many as there are bytes for.

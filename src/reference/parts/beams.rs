@@ -11,7 +11,6 @@ use super::gather::{Gathered, Step, Wanted};
 use super::identity::{About, RunIdentity, ShardError, filter_of};
 use super::part::Part;
 use super::sums::Sums;
-use crate::reference::beams::film::BeamFilm;
 use crate::reference::beams::inputs::BeamInputs;
 use crate::reference::beams::light::BeamLight;
 use crate::reference::beams::pass::Passes;
@@ -19,16 +18,15 @@ use crate::reference::beams::piece::Piece;
 use crate::reference::beams::refine::{Asked, Sounding};
 use crate::reference::beams::run::Setup;
 use crate::reference::beams::source::PassSource;
-use crate::reference::beams::tasks::task_count;
+use crate::reference::beams::tasks::TaskCount;
 use crate::reference::beams::traced::BatchSums;
 use crate::reference::beams::{BeamReport, BeamSettings};
 use crate::reference::shard::{Round, Shard};
-use crate::reference::target::Target;
 use crate::run::{Budget, Error, Estimate, Progress, Refusal};
 use crate::scene::{ReconstructionFilter, Scene};
 
 /// Most memory \[bytes\] that the films of a piece take, if it has more than one batch.
-const MOST_BYTES: usize = 512 << 20;
+pub const MOST_BYTES: usize = 512 << 20;
 
 /// Does the shard's part of a piece. `None` if it was stopped before its end.
 ///
@@ -53,26 +51,40 @@ pub fn run_part(
     }))
 }
 
-/// The piece that a run needs next, or its result: that of the run in one piece, bit for bit.
+/// Refuses budgets whose end other machines would have to know.
+///
+/// # Errors
+///
+/// If time or rays are limited.
+pub fn check_error_only(budget: &Budget) -> Result<(), Refusal> {
+    if budget.time.is_none() && budget.work.is_none() {
+        return Ok(());
+    }
+    let reason =
+        "beams that are divided among machines run to an error: give neither --time nor --rays";
+    Err(Refusal::new(reason))
+}
+
+/// The piece that a run needs next, or its result: that of the run in one piece, bit for bit. The films of a
+/// piece take `most_bytes` at most, if it has more than one batch.
 ///
 /// # Errors
 ///
 /// If the budget limits time or rays, or parts are of another run, or missing.
 pub fn next(
     setup: &mut Setup,
-    settings: &BeamSettings,
     sensor: &str,
     budget: &Budget,
     gathered: &Gathered,
+    most_bytes: usize,
 ) -> Result<Next<(Estimate, BeamReport)>, GatherError> {
-    if budget.time.is_some() || budget.work.is_some() {
-        let reason =
-            "beams that are divided among machines run to an error: give neither --time nor --rays";
-        return Err(Error::from(Refusal::new(reason)).into());
-    }
+    check_error_only(budget).map_err(Error::from)?;
+    let tasks = TaskCount::new(&setup.inputs.lights, &setup.inputs.facets);
     let mut pieces = Pieces {
-        identity: Identity::new(&setup.inputs, settings, sensor),
+        identity: Identity::new(&setup.inputs, &setup.settings(), sensor),
         gathered,
+        tasks,
+        most_of_piece: (most_bytes / setup.inputs.film_bytes().max(1)).max(1),
         number: 0,
         waiting: VecDeque::new(),
         there: VecDeque::new(),
@@ -88,11 +100,8 @@ pub fn next(
         return Ok(Next::Done(Box::new(found)));
     };
     let batches = piece.asked().map_err(Error::from)?;
-    let inputs = &setup.inputs;
-    let tasks = batches
-        .iter()
-        .map(|batch| task_count(&inputs.lights, &inputs.facets, batch.len()));
-    let most_parts = u32::try_from(tasks.max().unwrap_or(1)).unwrap_or(u32::MAX);
+    let most_parts = batches.iter().map(|batch| tasks.of(batch.len())).max();
+    let most_parts = u32::try_from(most_parts.unwrap_or(1)).unwrap_or(u32::MAX);
     let work = setup.sounded_batches(batches);
     let work: f64 = work.values().map(Sounding::work).sum();
     Ok(Next::Round(Box::new(Wanted {
@@ -152,6 +161,9 @@ impl<'a> Identity<'a> {
 struct Pieces<'a, 'g> {
     identity: Identity<'a>,
     gathered: &'g Gathered,
+    tasks: TaskCount,
+    /// Most signatures of a piece, if it has more than one batch.
+    most_of_piece: usize,
     /// Number of the next piece.
     number: u64,
     /// The batches of the pass that are not yet in a piece.
@@ -165,11 +177,10 @@ struct Pieces<'a, 'g> {
 impl Pieces<'_, '_> {
     /// The next piece of the pass: as many batches as memory has room for, but one at least.
     fn piece(&mut self, passes: &Passes) -> Piece {
-        let film = film_bytes(passes.target, passes.scene);
-        let (mut batches, mut bytes) = (Vec::new(), 0);
+        let (mut batches, mut signatures) = (Vec::new(), 0);
         while let Some(batch) = self.waiting.front() {
-            bytes += batch.len() * film;
-            if bytes > MOST_BYTES && !batches.is_empty() {
+            signatures += batch.len();
+            if signatures > self.most_of_piece && !batches.is_empty() {
                 break;
             }
             batches.extend(self.waiting.pop_front());
@@ -211,7 +222,7 @@ impl PassSource for Pieces<'_, '_> {
     fn batch(
         &mut self,
         passes: &Passes,
-        lights: &[BeamLight],
+        _: &[BeamLight],
         asked: &[Asked],
     ) -> Result<Option<BatchSums>, Error> {
         if self.there.is_empty() && !self.read(passes) {
@@ -226,8 +237,7 @@ impl PassSource for Pieces<'_, '_> {
         if passes.limit.is_beyond_rays() {
             return Ok(Some(BatchSums::Beyond { work }));
         }
-        let tasks = task_count(lights, passes.facets, asked.len());
-        if !sums.is_whole(tasks, asked.len()) {
+        if !sums.is_whole(self.tasks.of(asked.len()), asked.len()) {
             self.problem = Some(of_other_tasks());
             return Ok(None);
         }
@@ -237,56 +247,4 @@ impl PassSource for Pieces<'_, '_> {
 
 fn of_other_tasks() -> ShardError {
     ShardError::Malformed("its sums are of other tasks than its run has".to_owned())
-}
-
-/// Memory \[bytes\] of one signature's film.
-fn film_bytes(target: &Target, scene: &Scene) -> usize {
-    match target.channels(scene) {
-        1 => BeamFilm::<1>::bytes(target.size()),
-        _ => BeamFilm::<3>::bytes(target.size()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::reference::beams::limit::Limit;
-    use crate::reference::beams::refine::Limits;
-
-    #[test]
-    fn a_piece_has_as_many_batches_as_memory_has_room_for() {
-        let size = [("size".to_owned(), "2048".to_owned())];
-        let scene = crate::mitsuba::load("scenes/glass-ball.xml".as_ref(), &size).unwrap();
-        let settings = BeamSettings::default();
-        let inputs = BeamInputs::new(&scene, &scene.sensors()[0], settings).unwrap();
-        let progress = Progress::default();
-        let limit = Limit::new(&Budget::default(), &progress, std::time::Instant::now());
-        let passes = inputs.passes(1.0, &limit, &progress);
-        let gathered = Gathered::default();
-        let mut pieces = Pieces {
-            identity: Identity::new(&inputs, &settings, "floor"),
-            gathered: &gathered,
-            number: 4,
-            waiting: VecDeque::new(),
-            there: VecDeque::new(),
-            needed: None,
-            problem: None,
-        };
-        let limits = Limits {
-            tolerance: 1.0,
-            flux: 1.0,
-            peak: 1.0,
-        };
-        let batch = |signatures: usize| vec![("LTTD".parse().unwrap(), limits); signatures];
-        // A film of 2048 x 2048 texels and one channel has 6 numbers a texel: 201 MB of 537.
-        let batches = [1, 1, 1, 7, 1].map(batch);
-        pieces.begin_pass(&passes, &batches);
-        let lens: Vec<usize> = std::iter::from_fn(|| {
-            let piece = pieces.piece(&passes);
-            (!piece.is_empty()).then(|| piece.len())
-        })
-        .collect();
-        assert_eq!(lens, [2, 1, 1, 1]);
-        assert_eq!(pieces.piece(&passes).number, 9);
-    }
 }

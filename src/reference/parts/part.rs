@@ -52,9 +52,13 @@ fn check(header: &Header) -> Result<(), ShardError> {
             i64::from(shard.count) - 1
         )));
     }
-    if run.size.iter().any(|size| *size > Image::MAX_SIZE) {
+    if run
+        .size
+        .iter()
+        .any(|size| *size == 0 || *size > Image::MAX_SIZE)
+    {
         return Err(ShardError::Malformed(format!(
-            "its film has {:?} texels: allowed are up to {} each way",
+            "its film has {:?} texels: allowed are 1 to {} each way",
             run.size,
             Image::MAX_SIZE
         )));

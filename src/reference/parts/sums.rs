@@ -1,7 +1,7 @@
-//! The sums of a part of a round, of each method that can be divided, and their form in a file.
+//! The sums of a part of a step, of each method that can be divided, and their form in a file.
 //!
-//! Small sums are in the file's header, and behind it those of the film: accumulators, or for paths moments,
-//! in numbers of 64 bits, little-endian.
+//! Small sums are in the file's header, and behind it those of the film: accumulators, for paths moments, and
+//! for beams integers and what each task did, in numbers of 64 bits, little-endian.
 
 use std::io::{BufRead, Write};
 

@@ -23,9 +23,10 @@ impl<const N: usize> std::ops::AddAssign for Balance<N> {
     fn add_assign(&mut self, other: Self) {
         self.emitted += other.emitted;
         self.received += other.received;
-        self.cells += other.cells;
-        self.cut_cells += other.cut_cells;
-        self.unresolved_cells += other.unresolved_cells;
+        // Those of parts come from files, which may say anything.
+        self.cells = self.cells.saturating_add(other.cells);
+        self.cut_cells = self.cut_cells.saturating_add(other.cut_cells);
+        self.unresolved_cells = self.unresolved_cells.saturating_add(other.unresolved_cells);
         self.uncertain += other.uncertain;
     }
 }
