@@ -163,17 +163,10 @@ def render(
         name = f"nephroid-part-{hashlib.sha256(step.encode()).hexdigest()[:32]}"
         return [_Task(f"{name}-{i}-of-{count}", _part, scene, (step, i, count, asked)) for i in range(1, count + 1)]
 
-    is_stopped = False
-
-    def goes_on(_: object) -> bool:
-        nonlocal is_stopped
-        is_stopped = not tell()
-        return not is_stopped
-
     goal = _goal(error) if overlap else None
     with _Call(client, tell) as call:
-        while not isinstance(found := gathering.next(goes_on), Film):
-            if is_stopped:
+        while not isinstance(found := gathering.next(lambda _: tell()), Film):
+            if found is None:
                 return None
             step, key, work, most, left = found
             before, expected = done, done + work
@@ -197,8 +190,6 @@ def render(
                         _write(kept / _kept_name(key, i, count), part)
             except _Stopped:
                 return None
-    if is_stopped:
-        return None
     tell()
     return found
 

@@ -244,7 +244,7 @@ impl Gathering {
 
     /// The step that the run needs next, with the key of its contents, its work in photons, paths or rays,
     /// the most parts that it has and the most work that may follow; or the film, if none is needed.
-    /// `callback` is told meanwhile, and stops the run by returning False: then the film is worth nothing.
+    /// `callback` is told meanwhile, and stops the run by returning False: then it is None.
     fn next<'py>(
         &self,
         py: Python<'py>,
@@ -259,6 +259,10 @@ impl Gathering {
             let Chosen { sensor, method, .. } = chosen;
             method.next(&inner, &sensor, &gathered, &context)
         })?;
+        if self.context.progress.is_stopped() {
+            // Whatever it has found by then, it may have found less than it needs.
+            return Ok(py.None().into_bound(py));
+        }
         match found.map_err(|error| errors::merge(py, &error))? {
             Next::Round(wanted) => {
                 let step = serde_json::to_string(&wanted.step)
