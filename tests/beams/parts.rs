@@ -329,3 +329,60 @@ fn a_run_that_is_divided_has_an_error_for_a_limit() {
         assert!(error.contains("neither --time nor --rays"), "{error}");
     }
 }
+
+#[test]
+fn forged_parts_are_refused_or_make_some_film() {
+    let (asked, wanted) = begun();
+    let bytes = asked.part(&wanted, Shard::WHOLE);
+    let contents = &bytes[..bytes.len() - blake3::OUT_LEN];
+    let (sensor, progress) = (meter(asked.scene), Progress::default());
+    let mut refused = 0;
+    let mut enter = |forged: &[u8]| {
+        let sealed = [forged, blake3::hash(forged).as_bytes()].concat();
+        let mut gathered = Gathered::default();
+        let added =
+            Part::read_from(&sealed[..]).and_then(|part| gathered.add(&wanted, Shard::WHOLE, part));
+        if added.is_err() {
+            refused += 1;
+            return;
+        }
+        let mut setup = Setup::new(asked.scene, sensor, asked.settings, &progress).unwrap();
+        drop(next(
+            &mut setup,
+            &sensor.id,
+            &asked.budget,
+            &gathered,
+            MOST_BYTES,
+        ));
+    };
+    let lines: Vec<usize> = contents
+        .iter()
+        .enumerate()
+        .filter(|(_, byte)| **byte == b'\n')
+        .map(|(at, _)| at)
+        .take(2)
+        .collect();
+    // Each number of the header's sums, once very large and once nothing; then words of films and of balances.
+    let header = std::str::from_utf8(&contents[lines[0]..lines[1]]).unwrap();
+    let sums = lines[0] + header.rfind("\"sums\"").unwrap();
+    let mut numbers = 0;
+    for at in sums..lines[1] {
+        if contents[at].is_ascii_digit() && !contents[at - 1].is_ascii_digit() {
+            let end = (at..).find(|at| !contents[*at].is_ascii_digit()).unwrap();
+            for number in ["0", "18446744073709551615", "999999999999"] {
+                enter(&[&contents[..at], number.as_bytes(), &contents[end..]].concat());
+            }
+            numbers += 1;
+        }
+    }
+    assert!(numbers > 6);
+    let body = lines[1] + 1;
+    let words = (contents.len() - body) / 8;
+    for word in (0..words).step_by(words / 24).chain(words - 24..words) {
+        let at = body + 8 * word;
+        for forged in [i64::MAX.to_le_bytes(), f64::NAN.to_le_bytes()] {
+            enter(&[&contents[..at], &forged, &contents[at + 8..]].concat());
+        }
+    }
+    assert!(refused > numbers);
+}
