@@ -83,6 +83,18 @@ def _is_working(dask_worker):
     return any(name.read_text().strip() == "nephroid" for name in names)
 
 
+def busy_workers(client):
+    """Those that have tasks."""
+    return [worker for worker, tasks in client.processing().items() if tasks]
+
+
+def kill(client, worker):
+    """Kills a worker, and tells the number of its process."""
+    pid = client.run(os.getpid, workers=[worker])[worker]
+    os.kill(pid, signal.SIGKILL)
+    return pid
+
+
 def wait_for(condition, seconds=30.0):
     end = time.monotonic() + seconds
     while not condition():
@@ -156,11 +168,9 @@ def test_a_killed_worker_loses_nothing(mortal):
     def progress(now):
         # Both workers have more to do, and one task is done.
         if not killed and now.done > 0:
-            pids = client.run(os.getpid)
-            busy = [one for one, tasks in client.processing().items() if tasks]
+            busy = busy_workers(client)
             if busy:
-                killed.append(pids[busy[0]])
-                os.kill(killed[0], signal.SIGKILL)
+                killed.append(kill(client, busy[0]))
 
     film = ne.dask.render(scene, client=client, tasks=8, progress=progress, **settings)
     assert killed and killed[0] not in client.run(os.getpid).values()
@@ -193,11 +203,10 @@ def test_a_task_that_lost_its_worker_while_others_were_paused_is_made(mortal):
     killed = []
 
     def progress(now):
-        busy = [one for one, tasks in client.processing().items() if tasks]
+        busy = busy_workers(client)
         if not killed and len(busy) == 2:
             client.run(_set_status, distributed.core.Status.paused, workers=busy[1:])
-            killed.append(client.run(os.getpid, workers=busy[:1])[busy[0]])
-            os.kill(killed[0], signal.SIGKILL)
+            killed.append(kill(client, busy[0]))
             time.sleep(2.0)
             client.run(_set_status, distributed.core.Status.running, workers=busy[1:])
 
@@ -220,10 +229,9 @@ def test_lost_workers_do_not_count_against_tasks_that_never_ran(mortal):
     def progress(now):
         # Those of the first lost worker are done by the second time.
         if len(killed) < 2 and now.done >= (1 << 19) * (1, 9)[len(killed)]:
-            busy = [one for one, tasks in client.processing().items() if tasks]
+            busy = busy_workers(client)
             if busy:
-                killed.append(client.run(os.getpid, workers=busy[:1])[busy[0]])
-                os.kill(killed[-1], signal.SIGKILL)
+                killed.append(kill(client, busy[0]))
 
     film = ne.dask.render(scene, photons=16 << 19, tasks=16, client=client, progress=progress)
     assert len(killed) == 2 and film.complete
@@ -665,10 +673,9 @@ def test_a_killed_worker_loses_no_run_of_a_study(mortal, tmp_path):
 
     def progress(now):
         if not killed and now.done == 2:
-            busy = [one for one, tasks in client.processing().items() if tasks]
+            busy = busy_workers(client)
             assert len(busy) == 1 and client.run(_is_working, workers=busy)[busy[0]]
-            killed.append(client.run(os.getpid, workers=busy)[busy[0]])
-            os.kill(killed[0], signal.SIGKILL)
+            killed.append(kill(client, busy[0]))
 
     ne.dask.validate(study, tmp_path / "parts", client=client, progress=progress)
     assert killed

@@ -10,7 +10,7 @@ use crate::run::Error;
 /// A source of sums, batch by batch.
 pub(in crate::reference) trait PassSource {
     /// Told of each pass before it begins: the batches that it has.
-    fn begin_pass(&mut self, passes: &Passes, batches: &[Vec<Asked>]);
+    fn begin_pass(&mut self, batches: &[Vec<Asked>]);
 
     /// What all tasks of the pass's next batch did; `None` if work was stopped, or the source has no more.
     ///
@@ -29,7 +29,7 @@ pub(in crate::reference) trait PassSource {
 pub(super) struct Here;
 
 impl PassSource for Here {
-    fn begin_pass(&mut self, _: &Passes, _: &[Vec<Asked>]) {}
+    fn begin_pass(&mut self, _: &[Vec<Asked>]) {}
 
     fn batch(
         &mut self,

@@ -296,7 +296,7 @@ impl Setup<'_> {
         let batches = batches(members.len(), self.most_together(), may_end);
         let asked = |batch: &Range<usize>| members[batch.clone()].iter().map(|one| one.asked);
         let asked: Vec<Vec<Asked>> = batches.iter().map(|batch| asked(batch).collect()).collect();
-        source.begin_pass(&passes, &asked);
+        source.begin_pass(&asked);
         for (batch, asked) in batches.into_iter().zip(&asked) {
             let batch = &members[batch];
             let sums = source.batch(&passes, &self.inputs.lights, asked)?;

@@ -214,7 +214,7 @@ impl Pieces<'_, '_> {
 }
 
 impl PassSource for Pieces<'_, '_> {
-    fn begin_pass(&mut self, _: &Passes, batches: &[Vec<Asked>]) {
+    fn begin_pass(&mut self, batches: &[Vec<Asked>]) {
         self.waiting = batches.iter().cloned().collect();
         self.there.clear();
     }
