@@ -58,7 +58,7 @@ fn check(header: &Header) -> Result<(), ShardError> {
         .any(|size| *size == 0 || *size > Image::MAX_SIZE)
     {
         return Err(ShardError::Malformed(format!(
-            "its film has {:?} texels: allowed are 1 to {} each way",
+            "its film has {:?} texels: allowed are up to {} each way, and one at least",
             run.size,
             Image::MAX_SIZE
         )));
