@@ -95,7 +95,7 @@ def render(
 ) -> Film:
     """Fills a sensor, and says how far off the answer may be.
 
-    Without a method the scene chooses: beams if they can follow all light, else photons. The run ends at the first of
+    Without a method the scene and the error choose: beams if they can follow all light and end, else photons. The run ends at the first of
     its limits: relative ``error``, ``time`` [s], amount of work (``photons``). ``settings`` are those that
     :func:`methods` lists. Results depend on no number of threads.
 

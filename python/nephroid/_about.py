@@ -67,7 +67,7 @@ class Inspection:
         return dict(self._sensor(sensor)["costs"])
 
     def suits(self, sensor: str | None = None) -> tuple[str, str] | None:
-        """The method that suits a sensor, and why; None if no method does."""
+        """The method that suits a sensor with default settings, and why; None if no method does."""
         found = self._sensor(sensor)["suits"]
         return None if found is None else (str(found[0]), str(found[1]))
 

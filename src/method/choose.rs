@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Method;
 use super::entry::Entry;
+use super::references::beams;
 use super::table;
-use crate::reference::beams;
-use crate::run::format::time;
+use crate::reference::beams::DEFAULT_ERROR;
+use crate::run::format::{percent, time};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError, Values};
 use crate::transport::camera::Camera;
@@ -31,12 +32,12 @@ pub struct Choice {
     pub method: Method,
     /// The reason, in a sentence.
     pub reason: String,
-    /// The setting that led to another method than the scene alone would have.
+    /// The setting that the method which would suit without it does not have.
     pub by_setting: Option<String>,
 }
 
 impl Method {
-    /// The method that suits a scene and a sensor, and why: beams if they can follow all light, else
+    /// The method that suits a scene and a sensor, and why: beams if they can follow all light, and end, else
     /// photons.
     ///
     /// # Errors
@@ -81,8 +82,7 @@ impl Method {
         sensor: &Sensor,
         settings: &BTreeMap<String, String>,
     ) -> Result<Choice, SettingError> {
-        let (best, reason) = best(scene, sensor)?;
-        let has = |entry: Entry, key: &str| entry.table().iter().any(|row| row.key == key);
+        let (best, reason) = best(scene, sensor, settings)?;
         let lacks = |entry: Entry| settings.keys().find(|key| !has(entry, key));
         let Some(key) = lacks(best) else {
             return Ok(Choice {
@@ -114,6 +114,10 @@ impl Method {
     }
 }
 
+fn has(entry: Entry, key: &str) -> bool {
+    entry.table().iter().any(|row| row.key == key)
+}
+
 /// Most rays of beams that are chosen without being asked for: some minutes' work.
 const MOST_RAYS: f64 = 1e9;
 
@@ -121,15 +125,19 @@ const MOST_RAYS: f64 = 1e9;
 /// run on a larger one says itself how long it will take.
 const MOST_TEXELS: u64 = 1 << 20;
 
-/// The method that a scene alone suggests, and why.
-fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError> {
+/// The method that a scene suggests, and why. Settings tell how much is asked of beams.
+fn best(scene: &Scene, sensor: &Sensor, given: &Given) -> Result<(Entry, String), SettingError> {
     let measured = if sensor.is_camera() {
         "the light that mirrors and glass bring to what the camera sees"
     } else {
         "the light on the sensor"
     };
     let (best, photons) = (Entry::of("beams")?, Entry::of("photons")?);
-    let values = Values::new(best.name(), best.table(), &Given::new())?;
+    // Settings that only one of them has choose a method by themselves: the reason is that of the choice
+    // without them.
+    let is_of_both = given.keys().all(|key| has(best, key) && has(photons, key));
+    let given = if is_of_both { given } else { &Given::new() };
+    let values = Values::new(best.name(), best.table(), given)?;
     if let Err(refusal) = best.supports(scene, sensor, &values) {
         let other = Entry::of(instead_of_beams(scene, sensor))?;
         return Ok((other, format!("beams cannot follow all light: {refusal}")));
@@ -150,20 +158,31 @@ fn best(scene: &Scene, sensor: &Sensor) -> Result<(Entry, String), SettingError>
     }
     let crop = &sensor.film.crop;
     let texels = u64::from(crop.width) * u64::from(crop.height);
+    // To less than the default error photons take far longer than beams, however long these take.
+    let error = values.fraction("error").unwrap_or(DEFAULT_ERROR);
+    let error = error.max(DEFAULT_ERROR);
     // If the sensor cannot receive, beams say why.
     let forecast = (texels <= MOST_TEXELS)
-        .then(|| beams::forecast(scene, sensor).ok())
-        .flatten();
-    if let Some(forecast) = forecast.filter(|forecast| forecast.rays > MOST_RAYS) {
+        .then(|| beams::forecast(scene, sensor, &values, error).ok())
+        .flatten()
+        .unwrap_or_default();
+    if forecast.rays > MOST_RAYS {
         let reason = format!(
-            "beams would take about {} to their default error, as some light goes by chaotic chains of mirrors and \
-             glass",
+            "beams would take about {} to an error of {}, as some light goes by chaotic chains of mirrors and glass",
             time(forecast.time),
+            percent(error),
         );
         return Ok((photons, reason));
     }
-    let reason = format!("no light has a size: beams know {measured} without noise, with bounds");
-    Ok((best, reason))
+    let noise = if forecast.by_photons {
+        "with bounds, and leave to photons what goes by chaotic chains of mirrors and glass"
+    } else {
+        "without noise, with bounds"
+    };
+    Ok((
+        best,
+        format!("no light has a size: beams know {measured} {noise}"),
+    ))
 }
 
 /// The method for light that beams cannot follow. If photons cannot follow it either, paths from the camera
@@ -213,6 +232,36 @@ mod tests {
         assert_eq!(smooth.method.name(), "beams");
     }
 
+    #[test]
+    fn a_method_is_chosen_by_the_error_and_the_depth_asked_for() {
+        let bumpy =
+            |settings: &[(&str, &str)]| choice("scenes/turntable-bumpy.xml", settings).unwrap();
+        // To a percent, photons measure chaotic light for beams, and some seconds' work is left.
+        let divided = bumpy(&[("error", "1%")]);
+        assert_eq!(divided.method.name(), "beams");
+        assert!(
+            divided.reason.contains("leave to photons"),
+            "{}",
+            divided.reason
+        );
+        // Two events are not chaotic.
+        assert_eq!(bumpy(&[("max-depth", "2")]).method.name(), "beams");
+        // To a millionth, beams take long and photons for ever.
+        let fine = choice("scenes/coffee-cup.xml", &[("error", "0.0001%")]).unwrap();
+        assert_eq!(fine.method.name(), "beams");
+        // A setting of beams alone decides, too, and the reason says what would have been without it.
+        let typed = bumpy(&[("chaotic", "photons")]);
+        assert_eq!(
+            (typed.method.name(), typed.by_setting.as_deref()),
+            ("beams", Some("chaotic"))
+        );
+        assert!(
+            typed.reason.contains("to an error of 0.100 %"),
+            "{}",
+            typed.reason
+        );
+    }
+
     fn choice(scene: &str, settings: &[(&str, &str)]) -> Result<Choice, SettingError> {
         let scene = crate::mitsuba::load(scene.as_ref(), &[]).unwrap();
         let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
@@ -253,6 +302,8 @@ mod tests {
         assert_eq!(name(&[("max-depth", "3"), ("error", "1%")]), "beams");
         assert_eq!(name(&[("photons", "64"), ("seed", "1")]), "photons");
         assert_eq!(name(&[("spp", "4"), ("seed", "1")]), "path");
+        // Legs, which beams do not have so many of.
+        assert_eq!(name(&[("spp", "4"), ("max-depth", "200")]), "path");
         assert_eq!(name(&[("seen", "directly")]), "photon-map");
         assert_eq!(name(&[("spp", "4"), ("photons", "64")]), "full");
         assert!(choice("scenes/glass-ball.xml", &[("rays", "4"), ("spp", "4")]).is_err());

@@ -62,7 +62,8 @@ pub fn forecast_within(depth: u32, scene: &Scene, budget: &Budget) -> Forecast {
     setup.forecast(budget)
 }
 
-fn settings(max_depth: u32) -> BeamSettings {
+/// Settings that follow so many events, a layer for each signature.
+pub fn settings(max_depth: u32) -> BeamSettings {
     BeamSettings {
         max_depth,
         max_layers: 256,

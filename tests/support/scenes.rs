@@ -169,7 +169,7 @@ pub fn below_even_ball(frequency: u32, lamp: [f64; 3], side: usize) -> Scene {
     below_mesh(geodesic_sphere(1.0, frequency), true, lamp, side)
 }
 
-fn below_mesh(mut mesh: MeshParts, is_smooth: bool, [x, y, z]: [f64; 3], side: usize) -> Scene {
+pub fn below_mesh(mut mesh: MeshParts, is_smooth: bool, [x, y, z]: [f64; 3], side: usize) -> Scene {
     let mut xml = fs::read_to_string(bundled_file("glass-ball-mesh")).unwrap();
     let lamp = r#"<point name="position" x="0" y="0" z="4"/>"#;
     assert!(xml.contains(lamp), "the lamp can be moved");

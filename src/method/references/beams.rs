@@ -6,7 +6,7 @@ use crate::method::rows::{self, COUNT};
 use crate::method::warnings;
 use crate::reference::beams::inputs::BeamInputs;
 use crate::reference::beams::run::{Divided, Setup};
-use crate::reference::beams::{self, BeamReport, BeamSettings, Chaotic, SignatureReport};
+use crate::reference::beams::{self, BeamReport, BeamSettings, Chaotic, Forecast, SignatureReport};
 use crate::reference::parts::beams::{MOST_BYTES, check_error_only, next, run_part};
 use crate::reference::parts::{GatherError, Gathered, Next, Part, Shards, Step};
 use crate::reference::shard::Shard;
@@ -42,6 +42,20 @@ pub(super) fn settings(values: &Values) -> BeamSettings {
         chaotic: values.word("chaotic").unwrap_or(default.chaotic),
         ..default
     }
+}
+
+/// Likely work of beams with these settings to an error.
+///
+/// # Errors
+///
+/// If the sensor cannot receive.
+pub(crate) fn forecast(
+    scene: &Scene,
+    sensor: &Sensor,
+    values: &Values,
+    error: f64,
+) -> Result<Forecast, Error> {
+    beams::forecast(scene, sensor, settings(values), error)
 }
 
 const ABOUT: About = About {

@@ -1,6 +1,6 @@
 //! The references as methods: one file each, with its table of settings.
 
-mod beams;
+pub(super) mod beams;
 mod closed_form;
 mod full;
 mod path;

@@ -53,7 +53,8 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> Sums {
             let own = &texels[index];
             let bar =
                 most.sums.change + most.sums.misplaced + most.uncertain + most.sums.flux * ROUNDING;
-            let likely = own.sums.change.max_magnitude() * LIKELY + own.spread * LIKELY_UNCERTAIN;
+            let likely =
+                own.sums.change.max_magnitude() * LIKELY + own.spread.abs() * LIKELY_UNCERTAIN;
             result.flux[index] = own.sums.flux.rgb();
             result.bar[index] = bar.rgb();
             result.variance[index] = likely * likely;
@@ -72,6 +73,6 @@ fn larger<const N: usize>(a: &FilmTexel<N>, b: &FilmTexel<N>) -> FilmTexel<N> {
             misplaced: of(&a.sums.misplaced, &b.sums.misplaced),
         },
         uncertain: of(&a.uncertain, &b.uncertain),
-        spread: a.spread.max(b.spread),
+        spread: a.spread.abs().max(b.spread.abs()),
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::cell::{AffineNode, BeamNode};
 use super::cut::CutPiece;
-use super::film::{BeamFilm, LevelTexel, TexelSums};
+use super::film::{BeamFilm, LevelTexel, Sign, TexelSums};
 use crate::film::coverage::{TrianglePart, deal};
 use crate::transport::flux::Flux;
 
@@ -253,7 +253,7 @@ pub fn deposit_uncertain<const N: usize>(
     flux: Flux<N>,
 ) {
     for [first, last] in uncertain_boxes(film.size(), nodes, pieces) {
-        film.add_uncertain(first, last, flux);
+        film.add_uncertain(first, last, flux, Sign::Same);
     }
 }
 

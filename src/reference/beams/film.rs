@@ -34,9 +34,27 @@ pub struct FilmTexel<const N: usize> {
     pub uncertain: Flux<N>,
     /// The same flux seen together with all other texels that it may be on, worst channel. Flux that may be
     /// on any one of n texels counts as its part 1/√n on each. The sum of squares over texels is then that of
-    /// one.
+    /// one. Independent parts come with a [`Sign`] each: only its mean square over texels tells something.
     pub spread: f64,
 }
+
+/// The sign of uncertain flux in its [spread](FilmTexel::spread).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sign {
+    /// Always the same: cells along a border err alike.
+    Same,
+    /// Drawn by the first of some bits: of n independent errors, √n are left on a texel.
+    Drawn {
+        /// The bits.
+        bits: u64,
+        /// The part of the flux that errs so.
+        part: f64,
+    },
+}
+
+/// Least number of texels of a film on which signs are drawn: one drawn sum tells nothing, the mean square of
+/// a thousand tells theirs to some percent.
+const LEAST_DRAWN: usize = 1 << 10;
 
 /// Number of kinds of sums in [`TexelSums`].
 const KINDS: usize = 3;
@@ -150,18 +168,30 @@ impl<const N: usize> BeamFilm<N> {
     }
 
     /// Adds uncertain flux to each texel of a box, first and last column and row included.
-    pub fn add_uncertain(&self, first: [usize; 2], last: [usize; 2], uncertain: Flux<N>) {
+    pub fn add_uncertain(
+        &self,
+        first: [usize; 2],
+        last: [usize; 2],
+        uncertain: Flux<N>,
+        sign: Sign,
+    ) {
         let texels = (last[0] + 1 - first[0]) * (last[1] + 1 - first[1]);
-        let spread = uncertain.max_magnitude() / (texels as f64).sqrt();
-        for (row, column, sign) in [
+        let sign = match sign {
+            Sign::Drawn { bits, part } if self.size[0] * self.size[1] >= LEAST_DRAWN => {
+                part * (1.0 - 2.0 * (bits >> 63) as f64)
+            }
+            Sign::Drawn { .. } | Sign::Same => 1.0,
+        };
+        let spread = sign * uncertain.max_magnitude() / (texels as f64).sqrt();
+        for (row, column, step) in [
             (first[1], first[0], 1.0),
             (first[1], last[0] + 1, -1.0),
             (last[1] + 1, first[0], -1.0),
             (last[1] + 1, last[0] + 1, 1.0),
         ] {
             let at = (row * (self.size[0] + 1) + column) * (N + 1);
-            self.uncertain_steps.add(at, &(uncertain * sign).0);
-            self.uncertain_steps.add(at + N, &[spread * sign]);
+            self.uncertain_steps.add(at, &(uncertain * step).0);
+            self.uncertain_steps.add(at + N, &[spread * step]);
         }
     }
 

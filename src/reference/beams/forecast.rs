@@ -38,6 +38,8 @@ pub struct Forecast {
     pub rays: f64,
     /// Time, about, of all threads of this one.
     pub time: Duration,
+    /// True if photons measure some of the light.
+    pub by_photons: bool,
 }
 
 /// Work found on signatures.
@@ -198,6 +200,7 @@ impl Passes<'_> {
 mod tests {
     use super::*;
     use crate::reference::beams::run::forecast;
+    use crate::reference::beams::{BeamSettings, DEFAULT_ERROR};
     use crate::run::Budget;
 
     fn of(scene: &str) -> (Forecast, u64) {
@@ -207,12 +210,14 @@ mod tests {
         let (estimate, _) = crate::reference::beams::run(
             &scene,
             sensor,
-            crate::reference::beams::BeamSettings::default(),
+            BeamSettings::default(),
             &Budget::default(),
             &crate::run::Progress::default(),
         )
         .unwrap();
-        (forecast(&scene, sensor).unwrap(), estimate.counters.rays)
+        let settings = BeamSettings::default();
+        let forecast = forecast(&scene, sensor, settings, DEFAULT_ERROR);
+        (forecast.unwrap(), estimate.counters.rays)
     }
 
     #[test]

@@ -345,15 +345,23 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// Likely work of a run with default settings to its default error, the discovery left out.
+/// Likely work of a run to an error, the discovery left out.
 ///
 /// # Errors
 ///
 /// As [`Setup::new`].
-pub fn forecast(scene: &Scene, sensor: &Sensor) -> Result<Forecast, Error> {
+pub fn forecast(
+    scene: &Scene,
+    sensor: &Sensor,
+    settings: BeamSettings,
+    error: f64,
+) -> Result<Forecast, Error> {
     let progress = Progress::default();
-    let mut setup = Setup::new(scene, sensor, BeamSettings::default(), &progress)?;
-    Ok(setup.forecast(&Budget::default()))
+    let mut setup = Setup::new(scene, sensor, settings, &progress)?;
+    Ok(setup.forecast(&Budget {
+        relative_error: Some(error),
+        ..Budget::default()
+    }))
 }
 
 /// Measures what falls on a sensor.

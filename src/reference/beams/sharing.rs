@@ -49,6 +49,7 @@ impl<'a> Setup<'a> {
         Forecast {
             rays,
             time: began.elapsed() + Duration::from_secs_f64(seconds),
+            by_photons: self.photon_part.is_some(),
         }
     }
 

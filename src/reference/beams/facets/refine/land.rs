@@ -5,12 +5,13 @@ use glam::DVec2;
 use super::refiner::FacetRefiner;
 use crate::film::coverage::deal;
 use crate::geometry::TraversalCounters;
+use crate::numeric::streams::hash64;
 use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
 use crate::reference::beams::cut::{CutPiece, whole};
 use crate::reference::beams::deposit::{Levels, box_round, flux_of, image_of, texels_in};
 use crate::reference::beams::facets::leg::rectangular_receiver;
 use crate::reference::beams::facets::polygon::LightPolygon;
-use crate::reference::beams::film::{BeamFilm, LevelTexel, TexelSums};
+use crate::reference::beams::film::{BeamFilm, LevelTexel, Sign, TexelSums};
 use crate::reference::beams::refine::misplaced;
 use crate::transport::facets::path::FacetLight;
 use crate::transport::first_surface::Source;
@@ -20,6 +21,9 @@ use crate::transport::path_end::End;
 /// Size \[texels\] up to which an image has one box for all its borders; the borders of a larger one have
 /// boxes of their own.
 const SMALL_IMAGE: f64 = 4.0;
+
+/// Area between an arc and its chord, by that of the box round both. Bounds allow for the box.
+const OF_ARC: f64 = 2.0 / 3.0;
 
 impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     /// Puts a polygon on the film, given that nothing is in the way of its last leg. If its image is not flat
@@ -161,6 +165,20 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
             .fold(Flux::<N>::BLACK, |most, node| most.larger(node.weight));
         let uncertain = weight * uncertain_area.min(area);
         cells.balance.uncertain += uncertain;
+        // Errors of bent lines are independent from polygon to polygon. Polygons that are uncertain as a
+        // whole err like those beside them.
+        let bits = |all: u64, node: &BeamNode<N>| {
+            let [x, y] = node.landing.unwrap_or_default().to_array();
+            hash64(all, x.to_bits() ^ y.to_bits().rotate_left(32), 0)
+        };
+        let sign = if uncertain_area < area {
+            Sign::Drawn {
+                bits: nodes.iter().fold(0, bits),
+                part: OF_ARC,
+            }
+        } else {
+            Sign::Same
+        };
         let mark = |nodes: &[BeamNode<N>]| {
             let [mut low, mut high] = box_of(nodes);
             if bends_lines {
@@ -169,7 +187,7 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
                 (low, high.y) = (DVec2::ZERO, film.size()[1] as f64);
             }
             if let Some([first, last]) = texels_in([low, high], film.size()) {
-                film.add_uncertain(first, last, uncertain);
+                film.add_uncertain(first, last, uncertain, sign);
             }
         };
         let [low, high] = box_of(nodes);
