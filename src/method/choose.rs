@@ -34,6 +34,26 @@ pub struct Choice {
     pub reason: String,
     /// The setting that the method which would suit without it does not have.
     pub by_setting: Option<String>,
+    /// True if beams can follow all light, but would take too long.
+    pub by_forecast: bool,
+}
+
+/// The method that suits, but for settings that it does not have.
+struct Best {
+    entry: Entry,
+    reason: String,
+    by_forecast: bool,
+}
+
+impl Best {
+    /// A method that suits whatever beams would take.
+    fn new(entry: Entry, reason: String) -> Self {
+        Self {
+            entry,
+            reason,
+            by_forecast: false,
+        }
+    }
 }
 
 impl Method {
@@ -82,13 +102,18 @@ impl Method {
         sensor: &Sensor,
         settings: &BTreeMap<String, String>,
     ) -> Result<Choice, SettingError> {
-        let (best, reason) = best(scene, sensor, settings)?;
+        let Best {
+            entry: best,
+            reason,
+            by_forecast,
+        } = best(scene, sensor, settings)?;
         let lacks = |entry: Entry| settings.keys().find(|key| !has(entry, key));
         let Some(key) = lacks(best) else {
             return Ok(Choice {
                 method: Self::new(best.name(), settings)?,
                 reason,
                 by_setting: None,
+                by_forecast,
             });
         };
         let others = || Entry::references().map(Entry::Reference);
@@ -110,6 +135,7 @@ impl Method {
                 "{key} is a setting of {name}, not of {best_name}; without it, {best_name} would suit: {reason}"
             ),
             by_setting: Some(key.clone()),
+            by_forecast: false,
         })
     }
 }
@@ -126,7 +152,7 @@ const MOST_RAYS: f64 = 1e9;
 const MOST_TEXELS: u64 = 1 << 20;
 
 /// The method that a scene suggests, and why. Settings tell how much is asked of beams.
-fn best(scene: &Scene, sensor: &Sensor, given: &Given) -> Result<(Entry, String), SettingError> {
+fn best(scene: &Scene, sensor: &Sensor, given: &Given) -> Result<Best, SettingError> {
     let measured = if sensor.is_camera() {
         "the light that mirrors and glass bring to what the camera sees"
     } else {
@@ -140,21 +166,22 @@ fn best(scene: &Scene, sensor: &Sensor, given: &Given) -> Result<(Entry, String)
     let values = Values::new(best.name(), best.table(), given)?;
     if let Err(refusal) = best.supports(scene, sensor, &values) {
         let other = Entry::of(instead_of_beams(scene, sensor))?;
-        return Ok((other, format!("beams cannot follow all light: {refusal}")));
+        let reason = format!("beams cannot follow all light: {refusal}");
+        return Ok(Best::new(other, reason));
     }
-    if let Some(choice) = of_camera(scene, sensor)? {
-        return Ok(choice);
+    if let Some(best) = of_camera(scene, sensor)? {
+        return Ok(best);
     }
     if let Some(rough) = first_rough(scene) {
         let reason = format!(
             "beams cannot follow all light: {rough} is rough, and scatters it in many directions"
         );
-        return Ok((photons, reason));
+        return Ok(Best::new(photons, reason));
     }
     if let Some(coat) = first_coat(scene) {
         let reason =
             format!("beams cannot follow all light: the coat of {coat} mirrors some percent of it");
-        return Ok((photons, reason));
+        return Ok(Best::new(photons, reason));
     }
     let crop = &sensor.film.crop;
     let texels = u64::from(crop.width) * u64::from(crop.height);
@@ -172,17 +199,19 @@ fn best(scene: &Scene, sensor: &Sensor, given: &Given) -> Result<(Entry, String)
             time(forecast.time),
             percent(error),
         );
-        return Ok((photons, reason));
+        return Ok(Best {
+            entry: photons,
+            reason,
+            by_forecast: true,
+        });
     }
     let noise = if forecast.by_photons {
         "with bounds, and leave to photons what goes by chaotic chains of mirrors and glass"
     } else {
         "without noise, with bounds"
     };
-    Ok((
-        best,
-        format!("no light has a size: beams know {measured} {noise}"),
-    ))
+    let reason = format!("no light has a size: beams know {measured} {noise}");
+    Ok(Best::new(best, reason))
 }
 
 /// The method for light that beams cannot follow. If photons cannot follow it either, paths from the camera
@@ -205,17 +234,16 @@ fn for_camera(scene: &Scene, sensor: &Sensor) -> &'static str {
 }
 
 /// The method for a camera that beams cannot fill, and why.
-fn of_camera(scene: &Scene, sensor: &Sensor) -> Result<Option<(Entry, String)>, SettingError> {
+fn of_camera(scene: &Scene, sensor: &Sensor) -> Result<Option<Best>, SettingError> {
     if !sensor.is_camera() {
         return Ok(None);
     }
     let Err(error) = Camera::new(scene, sensor) else {
         return Ok(None);
     };
-    Ok(Some((
-        Entry::of(for_camera(scene, sensor))?,
-        format!("beams cannot fill this camera: {error}"),
-    )))
+    let entry = Entry::of(for_camera(scene, sensor))?;
+    let reason = format!("beams cannot fill this camera: {error}");
+    Ok(Some(Best::new(entry, reason)))
 }
 
 #[cfg(test)]
@@ -228,6 +256,7 @@ mod tests {
         let chosen = choice("scenes/turntable-bumpy.xml", &[]).unwrap();
         assert_eq!(chosen.method.name(), "photons");
         assert!(chosen.reason.contains("chaotic"), "{}", chosen.reason);
+        assert!(chosen.by_forecast && chosen.by_setting.is_none());
         let smooth = choice("scenes/turntable-ball.xml", &[]).unwrap();
         assert_eq!(smooth.method.name(), "beams");
     }

@@ -110,11 +110,12 @@ impl Wanted<'_> {
         // Whoever gives an amount of work knows the method whose work that is.
         let work_key = choice.method.work_key();
         let is_work = work_key.is_some_and(|key| self.given.contains_key(key));
-        // The reason begins with the setting.
-        let notice = choice
-            .by_setting
-            .filter(|_| !is_work)
-            .map(|key| choice.reason.replacen(&key, &typed(&key), 1));
+        let notice = match choice.by_setting {
+            // The reason begins with the setting.
+            Some(key) => (!is_work).then(|| choice.reason.replacen(&key, &typed(&key), 1)),
+            None => (choice.by_forecast && !is_work)
+                .then(|| format!("photons measure all light: {}", choice.reason)),
+        };
         Ok((choice.method, notice))
     }
 }

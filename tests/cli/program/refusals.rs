@@ -219,6 +219,25 @@ fn an_option_that_changes_the_method_is_noticed() {
 }
 
 #[test]
+fn a_method_that_is_taken_because_beams_would_not_end_is_noticed() {
+    let folder = Folder::new();
+    let path = folder.path("bumpy.exr").display().to_string();
+    let scene = scene("turntable-bumpy.xml");
+    let notice = |more: &[&str]| {
+        let common = ["render", &scene, "-o", &path];
+        text(&nephroid(&[&common[..], more].concat()).stderr)
+    };
+    let asked = notice(&["--time", "1s"]);
+    let told = "note: photons measure all light: beams would take about ";
+    assert!(
+        asked.starts_with(told) && asked.contains("to an error of 0.100 %"),
+        "{asked}"
+    );
+    // Whoever says how many photons there are to be, expects photons.
+    assert_eq!(notice(&["--photons", "4096"]), "");
+}
+
+#[test]
 fn what_cannot_be_done_is_refused_before_the_run() {
     let folder = Folder::new();
     let path = folder.path("x.exr");
