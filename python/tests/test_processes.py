@@ -62,7 +62,7 @@ from nephroid._text import wish
 scene = ne.load_file({scene!r}, size=256)
 asked = wish(None, "photons", {{"photons": 4096}})
 gathering = _nephroid.Gathering(scene, asked)
-round, *_ = gathering.next()
+round, *_ = gathering.next(None)
 count = 16
 parts = [_nephroid.part(scene, round, index, count, asked, None) for index in range(1, count + 1)]
 together = threading.Barrier(4)
@@ -78,7 +78,7 @@ for thread in threads:
 for thread in threads:
     thread.join()
 whole = ne.render(scene, method="photons", photons=4096)
-assert (gathering.next().value == whole.value).all()
+assert (gathering.next(None).value == whole.value).all()
 """
 
 
