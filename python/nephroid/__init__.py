@@ -95,9 +95,9 @@ def render(
 ) -> Film:
     """Fills a sensor, and says how far off the answer may be.
 
-    Without a method the scene and the error choose: beams if they can follow all light and end, else photons. The run ends at the first of
-    its limits: relative ``error``, ``time`` [s], amount of work (``photons``). ``settings`` are those that
-    :func:`methods` lists. Results depend on no number of threads.
+    Without a method the scene and the error choose: beams if they can follow all light in some minutes, else photons.
+    The run ends at the first of its limits: relative ``error``, ``time`` [s], amount of work (``photons``).
+    ``settings`` are those that :func:`methods` lists. Results depend on no number of threads.
 
     ``progress`` is called about every 100 ms; if it returns False, the run ends with what is known by then. Ctrl-C
     raises KeyboardInterrupt within a second.

@@ -174,11 +174,7 @@ fn assert_error_is_right(scene: &Scene, signature: &str) {
         let progress = Progress::default();
         let mut setup = Setup::new(scene, meter(scene), settings(2), &progress).unwrap();
         setup.only(signature);
-        let budget = Budget {
-            relative_error: Some(error),
-            ..Budget::default()
-        };
-        let (mut estimate, _) = setup.run(&budget).unwrap();
+        let (mut estimate, _) = setup.run(&Budget::error(error)).unwrap();
         assert!(!estimate.incomplete);
         estimate
             .layers

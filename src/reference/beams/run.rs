@@ -358,10 +358,7 @@ pub fn forecast(
 ) -> Result<Forecast, Error> {
     let progress = Progress::default();
     let mut setup = Setup::new(scene, sensor, settings, &progress)?;
-    Ok(setup.forecast(&Budget {
-        relative_error: Some(error),
-        ..Budget::default()
-    }))
+    Ok(setup.forecast(&Budget::error(error)))
 }
 
 /// Measures what falls on a sensor.
