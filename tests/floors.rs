@@ -35,6 +35,7 @@ const FLOORS: &[(&str, u32)] = &[
 
 /// Crates that only some folders or files may name, with each of these.
 const PRIVATE_CRATES: &[(&str, &str)] = &[
+    ("arrayvec", "geometry/accel"),
     ("obvhs", "geometry/accel"),
     ("pulp", "numeric/fused.rs"),
     ("libm", "numeric/math.rs"),

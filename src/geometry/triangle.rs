@@ -49,6 +49,7 @@ struct ShearedVertex {
 }
 
 impl ShearedRay {
+    #[inline]
     pub(super) fn new(ray: &Ray) -> Self {
         let direction = ray.direction.to_array();
         let magnitude = ray.direction.abs();

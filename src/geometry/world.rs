@@ -141,11 +141,7 @@ impl World {
                 },
                 limit: max_distance,
             };
-            let root = tree.whole();
-            if let Some(local) = tree.enter(root, ray, max_distance) {
-                let visits = tree.search(root, &local, max_distance, &mut search);
-                counters.node_visits += visits;
-            }
+            counters.node_visits += tree.search(tree.whole(), ray, max_distance, &mut search);
         } else {
             for &target in &self.targets {
                 self.search(target, ray, &mut nearest, counters);
@@ -307,11 +303,7 @@ impl World {
                 },
                 limit: max_distance,
             };
-            let root = tree.whole();
-            if let Some(local) = tree.enter(root, ray, max_distance) {
-                let visits = tree.search(root, &local, max_distance, &mut search);
-                counters.node_visits += visits;
-            }
+            counters.node_visits += tree.search(tree.whole(), ray, max_distance, &mut search);
             blocked
         } else {
             self.targets.iter().copied().any(blocked_by)

@@ -1,35 +1,32 @@
-//! Construction of wide trees from boxes, by way of obvhs' binary ones.
-
-use std::time::Duration;
+//! Construction of wide trees from boxes, by way of binary ones.
 
 use glam::{DVec3, Vec3A};
 use obvhs::{
-    BvhBuildParams,
     aabb::Aabb,
-    bvh2::{Bvh2, builder::build_bvh2, node::Bvh2Node},
+    bvh2::{Bvh2, leaf_collapser, node::Bvh2Node, reinsertion::ReinsertionOptimizer},
 };
 use rayon::prelude::*;
 
 use super::{
-    balanced,
+    balanced, clustering,
+    curve::along_the_curve,
     lanes::WIDTH,
     tree::{BoxTree, Child, Root, TreeNode},
     tree_frame::TreeFrame,
 };
 use crate::geometry::{Bounds, rounding::gamma};
 
-/// Parameters of obvhs' builder: its `medium` preset, with leaves as full as the filter tests at once.
+/// The cost of visiting a node, in tests of a triangle.
 ///
-/// The preset is within 8 % of the slowest one in speed of search, and built several times sooner. A pack of
-/// eight costs little more than a pack of four, so going one node deeper must save a lot. Costs of 6 to 15
-/// measure the same, 3 (the preset's) is a tenth slower, 1 a quarter.
-fn parameters(most_in_leaf: usize) -> BvhBuildParams {
-    BvhBuildParams {
-        max_prims_per_leaf: most_in_leaf as u32,
-        collapse_traversal_cost: 12.0,
-        ..BvhBuildParams::medium_build()
-    }
-}
+/// A pack of eight costs little more than a pack of four, so going one node deeper must save a lot. Costs of 6
+/// to 15 measure the same, 3 (obvhs' own) is a tenth slower, 1 a quarter.
+const VISIT_COST: f32 = 12.0;
+
+/// The parts of all nodes that obvhs tries to put elsewhere, before and after boxes are gathered in leaves.
+///
+/// They are those of its `medium` preset, which is within 8 % of the slowest one in speed of search, and built
+/// several times sooner.
+const REINSERTED: [f32; 2] = [0.05, 0.1];
 
 impl BoxTree {
     /// A tree over `boxes`, with up to eight in a leaf.
@@ -142,13 +139,15 @@ fn rounded(v: DVec3, step: fn(f32) -> f32) -> Vec3A {
 
 /// A binary tree with at most so many boxes in a leaf.
 fn binary(boxes: &[Aabb], most_in_leaf: usize) -> Bvh2 {
-    if boxes.is_empty() {
-        Bvh2::default()
-    } else if balanced::is_needed(boxes) {
-        balanced::build(boxes, most_in_leaf)
-    } else {
-        build_bvh2(boxes, parameters(most_in_leaf), &mut Duration::default())
-    }
+    let order = along_the_curve(boxes);
+    let Some(mut tree) = clustering::build(boxes, &order) else {
+        return balanced::build(boxes, order, most_in_leaf);
+    };
+    let mut optimizer = ReinsertionOptimizer::default();
+    optimizer.run(&mut tree, REINSERTED[0], None);
+    leaf_collapser::collapse(&mut tree, most_in_leaf as u32, VISIT_COST);
+    optimizer.run(&mut tree, REINSERTED[1], None);
+    tree
 }
 
 /// Boxes that no ray enters: the least plane is never before the greatest.

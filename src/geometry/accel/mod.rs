@@ -1,7 +1,9 @@
 //! The search for candidates: primitives that a ray may hit. The only room that knows obvhs.
 //!
-//! - [`build`]: obvhs' binary trees over boxes, collapsed into nodes of eight children and joined into one.
-//! - [`balanced`]: a plain tree for boxes that obvhs would take too long over.
+//! - [`build`]: binary trees over boxes, improved by obvhs, and collapsed into nodes of eight children.
+//! - [`clustering`]: a binary tree from the leaves up.
+//! - [`balanced`]: a plain tree for boxes that clustering would take too long over.
+//! - [`curve`]: the order in which both take boxes.
 //! - [`tree`]: the nodes, in `f32`.
 //! - [`walk`]: the search of one ray through them, step by step.
 //! - [`stream`]: searches of many rays by turns.
@@ -17,6 +19,8 @@
 
 mod balanced;
 mod build;
+mod clustering;
+mod curve;
 mod lanes;
 mod pack;
 mod plane_pairs;

@@ -58,7 +58,8 @@ pub(super) struct NarrowShear {
 
 impl LocalRay {
     /// The ray in the tree's frame, unless it misses `bounds` or enters them beyond `limit`.
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     pub(super) fn enter(frame: &TreeFrame, bounds: &Bounds, ray: &Ray, limit: f64) -> Option<Self> {
         let inverse = ray.direction.recip();
         let entry = slab_entry(bounds, ray.origin, inverse, limit)?;
@@ -110,7 +111,8 @@ impl NarrowShear {
     /// An edge function of images with coordinates up to M (at most 4) is then off by 4δM + 2δ² and, for its
     /// own roundings, 4uM² ≤ 16uM. So it is off by less than (4δ + 16u) M + 2δ². A quarter more covers the
     /// roundings of M and of the bound itself.
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     fn new(origin: DVec3, direction: DVec3, inverse: DVec3, margin: f64) -> Self {
         let magnitude = direction.abs();
         let z = if magnitude.x > magnitude.y && magnitude.x > magnitude.z {
@@ -137,7 +139,8 @@ impl NarrowShear {
     }
 }
 
-#[inline]
+#[inline(always)]
+#[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
 fn narrow(v: DVec3) -> [f32; 3] {
     v.as_vec3().to_array()
 }
@@ -146,7 +149,8 @@ fn narrow(v: DVec3) -> [f32; 3] {
 ///
 /// Differences and products are off by γ₃ of the entry and exit distances, for which the comparison allows.
 /// `0 · ∞` (a ray along the border) may count as a miss: no primitive reaches there.
-#[inline]
+#[inline(always)]
+#[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
 fn slab_entry(bounds: &Bounds, origin: DVec3, inverse: DVec3, limit: f64) -> Option<f64> {
     let a = (bounds.min - origin) * inverse;
     let b = (bounds.max - origin) * inverse;

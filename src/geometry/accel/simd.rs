@@ -8,10 +8,10 @@
 use super::{
     lanes::{Lanes, WIDTH},
     plane_pairs::LocalPlanePairs,
-    ray::LocalRay,
     stream::Searches,
     tree::{BoxTree, LeafVisitor, Root, TreeNode},
 };
+use crate::geometry::Ray;
 
 impl BoxTree {
     /// Visits all leaves below `root` that the ray may enter before `limit`, or before the distance that the
@@ -23,7 +23,7 @@ impl BoxTree {
     pub(in crate::geometry) fn search(
         &self,
         root: Root,
-        ray: &LocalRay,
+        ray: &Ray,
         limit: f64,
         visitor: &mut impl LeafVisitor,
     ) -> u64 {
@@ -64,18 +64,18 @@ impl TreeNode {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
+#[target_feature(enable = "avx2,bmi1,popcnt")]
 fn children_in_avx2(lanes: Avx2, node: &TreeNode, pairs: &LocalPlanePairs) -> u32 {
     node.children_in_local(lanes, pairs)
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
+#[target_feature(enable = "avx2,bmi1,popcnt")]
 fn search_avx2(
     lanes: Avx2,
     tree: &BoxTree,
     root: Root,
-    ray: &LocalRay,
+    ray: &Ray,
     limit: f64,
     visitor: &mut impl LeafVisitor,
 ) -> u64 {
@@ -83,7 +83,7 @@ fn search_avx2(
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
+#[target_feature(enable = "avx2,bmi1,popcnt")]
 fn search_all_avx2(lanes: Avx2, tree: &BoxTree, searches: &mut impl Searches) -> u64 {
     tree.search_all_local(lanes, searches)
 }
@@ -149,7 +149,10 @@ pub(in crate::geometry) struct Avx2(());
 impl Avx2 {
     #[inline(always)]
     pub(super) fn detect() -> Option<Self> {
-        std::arch::is_x86_feature_detected!("avx2").then_some(Self(()))
+        (std::arch::is_x86_feature_detected!("avx2")
+            && std::arch::is_x86_feature_detected!("bmi1")
+            && std::arch::is_x86_feature_detected!("popcnt"))
+        .then_some(Self(()))
     }
 }
 

@@ -69,7 +69,8 @@ impl BoxTree {
         while slots.len() < AT_A_TIME
             && let Some((ray, number, limit)) = searches.next()
         {
-            let walk = Walk::new(self.whole, &ray, limit);
+            let mut walk = Walk::idle();
+            walk.restart(self.whole, &ray, limit);
             slots.push(Slot { walk, ray, number });
         }
         while !slots.is_empty() {

@@ -118,7 +118,8 @@ impl BoxTree {
     }
 
     /// The ray in the tree's own frame, unless it misses all boxes below `root` before `limit`.
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     pub(in crate::geometry) fn enter(&self, root: Root, ray: &Ray, limit: f64) -> Option<LocalRay> {
         // The root of nothing has no children to go on with.
         if root.bounds.is_empty() {

@@ -1,10 +1,13 @@
 //! The search down a tree, one node or leaf at a time.
 
+use arrayvec::ArrayVec;
+
 use super::{
     lanes::Lanes,
     ray::LocalRay,
     tree::{BoxTree, Child, LeafVisitor, Root},
 };
+use crate::geometry::Ray;
 
 /// A ray's search under way: what it visits next, and what waits.
 ///
@@ -26,11 +29,15 @@ impl BoxTree {
         &self,
         lanes: impl Lanes,
         root: Root,
-        ray: &LocalRay,
+        ray: &Ray,
         limit: f64,
         visitor: &mut impl LeafVisitor,
     ) -> u64 {
-        let mut walk = Walk::new(root, ray, limit);
+        let Some(ray) = &self.enter(root, ray, limit) else {
+            return 0;
+        };
+        let mut walk = Walk::idle();
+        walk.restart(root, ray, limit);
         let mut visits = 0;
         loop {
             visits += u64::from(walk.is_at_node());
@@ -42,25 +49,22 @@ impl BoxTree {
 }
 
 impl Walk {
-    /// A search from a root.
+    /// A search that has not begun.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    pub(super) fn new(root: Root, ray: &LocalRay, limit: f64) -> Self {
-        let mut walk = Self {
+    pub(super) fn idle() -> Self {
+        Self {
             stack: Stack::new(),
             next: Child::NONE,
             candidates: 0,
             limit: 0.0,
-        };
-        walk.restart(root, ray, limit);
-        walk
+        }
     }
 
-    /// Starts anew from a root.
+    /// Starts from a root, once nothing waits any more.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     pub(super) fn restart(&mut self, root: Root, ray: &LocalRay, limit: f64) {
-        self.stack.clear();
         self.next = root.node;
         self.candidates = 0;
         self.limit = ray.local_limit(limit);
@@ -153,63 +157,48 @@ fn announce(lanes: impl Lanes, tree: &BoxTree, child: Child, visitor: &impl Leaf
 ///
 /// The array is of fixed size, as nearly all searches need no more; the rest goes to the heap.
 pub(super) struct Stack {
-    fixed: [(f32, Child); Self::FIXED],
-    used: usize,
+    fixed: ArrayVec<(f32, Child), 48>,
     spilled: Vec<(f32, Child)>,
 }
 
 impl Stack {
-    const FIXED: usize = 48;
-
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is copied to its place
     pub(super) fn new() -> Self {
         Self {
-            fixed: [(0.0, Child(0)); Self::FIXED],
-            used: 0,
+            fixed: ArrayVec::new_const(),
             spilled: Vec::new(),
         }
     }
 
-    fn clear(&mut self) {
-        self.used = 0;
-        self.spilled.clear();
-    }
-
     #[inline]
     fn len(&self) -> usize {
-        self.used
+        self.fixed.len()
     }
 
     /// Pushes a child whose distance does not matter.
     #[inline]
     pub(super) fn push(&mut self, child: Child) {
-        self.push_sorted(self.used, 0.0, child);
+        self.push_sorted(self.fixed.len(), 0.0, child);
     }
 
     /// Pushes below those entries above `bottom` that are nearer.
     #[inline]
     fn push_sorted(&mut self, bottom: usize, entry: f32, child: Child) {
-        if self.used == Self::FIXED {
+        let mut place = self.fixed.len();
+        if self.fixed.try_push((entry, child)).is_err() {
             // The nearest-first order is a matter of speed only.
             self.spilled.push((entry, child));
             return;
         }
-        let mut place = self.used;
         while place > bottom && self.fixed[place - 1].0 < entry {
-            self.fixed[place] = self.fixed[place - 1];
+            self.fixed.swap(place - 1, place);
             place -= 1;
         }
-        self.fixed[place] = (entry, child);
-        self.used += 1;
     }
 
     #[inline]
     pub(super) fn pop(&mut self) -> Option<(f32, Child)> {
-        if self.used > 0 {
-            self.used -= 1;
-            Some(self.fixed[self.used])
-        } else {
-            self.spilled.pop()
-        }
+        self.fixed.pop().or_else(|| self.spilled.pop())
     }
 }

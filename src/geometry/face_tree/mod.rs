@@ -115,9 +115,6 @@ impl FaceTree {
         counters: &mut TraversalCounters,
     ) {
         let limit = nearest.limit();
-        let Some(local) = self.tree.enter(root, ray, limit) else {
-            return;
-        };
         let mut search = FaceSearch {
             tree: self,
             sheared: ShearedRay::new(ray),
@@ -128,7 +125,7 @@ impl FaceTree {
                 nearest.limit()
             },
         };
-        counters.node_visits += self.tree.search(root, &local, limit, &mut search);
+        counters.node_visits += self.tree.search(root, ray, limit, &mut search);
         counters.primitive_tests += search.tests;
     }
 
@@ -140,9 +137,6 @@ impl FaceTree {
         counters: &mut TraversalCounters,
     ) -> bool {
         let root = self.whole();
-        let Some(local) = self.tree.enter(root, ray, max_distance) else {
-            return false;
-        };
         let mut blocked = false;
         let mut search = FaceSearch {
             tree: self,
@@ -159,7 +153,7 @@ impl FaceTree {
                 }
             },
         };
-        counters.node_visits += self.tree.search(root, &local, max_distance, &mut search);
+        counters.node_visits += self.tree.search(root, ray, max_distance, &mut search);
         counters.primitive_tests += search.tests;
         blocked
     }
