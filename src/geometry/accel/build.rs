@@ -18,14 +18,14 @@ use crate::geometry::{Bounds, rounding::gamma};
 
 /// The cost of visiting a node, in tests of a triangle.
 ///
-/// A pack of eight costs little more than a pack of four, so going one node deeper must save a lot. Costs of 6
-/// to 15 measure the same, 3 (obvhs' own) is a tenth slower, 1 a quarter.
+/// A pack of eight costs little more than a pack of four, so going one node deeper must save a lot. Costs of
+/// 6 to 15 measure the same, 3 (obvhs' own) is a tenth slower, 1 a quarter.
 const VISIT_COST: f32 = 12.0;
 
 /// The parts of all nodes that obvhs tries to put elsewhere, before and after boxes are gathered in leaves.
 ///
-/// They are those of its `medium` preset, which is within 8 % of the slowest one in speed of search, and built
-/// several times sooner.
+/// They are those of its `medium` preset, which is within 8 % of the slowest one in speed of search, and
+/// built several times sooner.
 const REINSERTED: [f32; 2] = [0.05, 0.1];
 
 impl BoxTree {
