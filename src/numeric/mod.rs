@@ -20,7 +20,7 @@ pub(crate) mod wide;
 pub use choice::{Selection, WeightedChoice};
 pub use exact_sum::ExactSum;
 pub use fixed_point::{FixedPoint, FixedPointError};
-pub use morton::{morton_code, spread_bits};
+pub use morton::{fine_morton_code, morton_code, spread_bits};
 pub use spherical_harmonics::{SphericalHarmonics, harmonic_fit, spherical_harmonics};
 pub use statistics::SampleMoments;
 pub use streams::{Extras, PaddedStream, Stream, StreamKind};

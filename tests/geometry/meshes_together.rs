@@ -236,7 +236,7 @@ fn many_rays_among_many_meshes_wait_for_memory_together() {
 
 #[test]
 fn a_row_of_thousands_of_meshes_is_one_tree() {
-    // obvhs would merge a row one pair at a time: the plain tree joins it.
+    // Clustering would merge a row one pair at a time: the plain tree joins it.
     let tile = |n: u32| placed(square_parts(), 1.0, DVec3::X * f64::from(n));
     let world = World::new((0..3000).map(|n| Shape::Mesh(mesh(tile(n)))).collect());
     let mut counters = TraversalCounters::default();

@@ -1,13 +1,16 @@
-//! A plain tree, for boxes that [clustering](super::clustering) takes too long over.
+//! A plain tree, for boxes that [clustering](super::clustering) would take too long over.
 
 use obvhs::{
     aabb::Aabb,
     bvh2::{Bvh2, node::Bvh2Node},
 };
 
-/// A tree that halves the Morton curve, along which `order` has the boxes' numbers, until a leaf may hold the
-/// rest.
-pub(super) fn build(boxes: &[Aabb], order: Vec<u32>, most_in_leaf: usize) -> Bvh2 {
+use super::curve::along_the_curve;
+
+/// A tree that halves the Morton curve until a leaf may hold the rest. Of boxes in one place, the smaller are
+/// together.
+pub(super) fn build(boxes: &[Aabb], most_in_leaf: usize) -> Bvh2 {
+    let order = along_the_curve(boxes, Aabb::half_area);
     let around = |first: usize, count: usize| {
         order[first..first + count]
             .iter()
@@ -45,7 +48,7 @@ pub(super) fn build(boxes: &[Aabb], order: Vec<u32>, most_in_leaf: usize) -> Bvh
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::accel::{curve::along_the_curve, lanes::WIDTH};
+    use crate::geometry::accel::lanes::WIDTH;
     use glam::Vec3A;
 
     #[test]
@@ -54,7 +57,7 @@ mod tests {
         let boxes: Vec<Aabb> = (0..1000).map(cube).collect();
         // 1000 / 8 = 125 leaves: seven halvings; 1000 leaves: ten.
         for (most_in_leaf, halvings) in [(WIDTH, 7), (1, 10)] {
-            let tree = build(&boxes, along_the_curve(&boxes), most_in_leaf);
+            let tree = build(&boxes, most_in_leaf);
             let mut seen = vec![0; boxes.len()];
             let mut pending = vec![(0, tree.nodes[0])];
             while let Some((depth, node)) = pending.pop() {

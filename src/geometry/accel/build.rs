@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use super::{
     balanced, clustering,
-    curve::along_the_curve,
     lanes::WIDTH,
     tree::{BoxTree, Child, Root, TreeNode},
     tree_frame::TreeFrame,
@@ -139,9 +138,8 @@ fn rounded(v: DVec3, step: fn(f32) -> f32) -> Vec3A {
 
 /// A binary tree with at most so many boxes in a leaf.
 fn binary(boxes: &[Aabb], most_in_leaf: usize) -> Bvh2 {
-    let order = along_the_curve(boxes);
-    let Some(mut tree) = clustering::build(boxes, &order) else {
-        return balanced::build(boxes, order, most_in_leaf);
+    let Some(mut tree) = clustering::build(boxes) else {
+        return balanced::build(boxes, most_in_leaf);
     };
     let mut optimizer = ReinsertionOptimizer::default();
     optimizer.run(&mut tree, REINSERTED[0], None);

@@ -2,9 +2,10 @@
 //!
 //! Meister and Bittner, *Parallel locally-ordered clustering for bounding volume hierarchy construction*,
 //! TVCG 24(3), 2018: clusters lie along the Morton curve. In each pass, those merge that are each other's
-//! nearest among the next [`REACH`]. Mostly a third of them find a partner each time. But boxes in one place,
-//! in an even row, or each around the last all prefer the neighbour on the same side. Then one pair is merged
-//! each time, and the work grows with the square of their number (10⁵ take minutes). So looks are counted.
+//! nearest among the next [`REACH`]. Mostly two of three find a partner, so that a third vanishes. But boxes
+//! in one place, in an even row, or each around the last all prefer the neighbour on the same side. Then one
+//! pair merges in each pass, and the work grows with the square of their number (10⁵ take minutes). So looks
+//! are counted.
 
 use obvhs::{
     aabb::Aabb,
@@ -12,29 +13,28 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-/// Number of neighbours, each way, among which a cluster looks for a partner. So many take obvhs' builds of
-/// middling quality, too.
+use super::curve::along_the_curve;
+
+/// Number of neighbours, each way, among which a cluster looks for a partner: as in obvhs' `medium` preset.
 const REACH: usize = 14;
 
 /// In the first passes, when there are most clusters, each looks at the next ones alone.
 const NEAR_PASSES: usize = 3;
 
-/// Up to this number the square does not matter: 2¹¹ · 2¹⁰ · 28 boxes are compared in a tenth of a second.
+/// Up to this number the square does not matter: 2¹¹ · 2¹⁰ · 14 pairs are compared in a tenth of a second.
 const FEW: usize = 1 << 11;
 
-/// The number of times that each box may be looked at, on average. A third merged each time makes 3; ribbons
-/// take up to 6. With fourteen neighbours from the first time on, a fan of 2·10⁴ faces around one vertex
-/// takes 31, and obvhs' reinsertion takes much longer still to improve the tree made of it.
+/// The number of times that each box may be looked at, on average. If a third vanishes in each pass, it is 3.
+///
+/// Boxes that take more make bad trees, too, over which obvhs' reinsertion takes longest: it has no bound.
 const MOST_LOOKS: usize = 12;
 
 /// Clusters that a thread takes at a time: far fewer are not worth the handing over.
 const AT_A_TIME: usize = 1 << 11;
 
 /// A tree with one box in each leaf; `None` if boxes would be looked at too often.
-///
-/// `order` has the boxes' numbers along the Morton curve.
-pub(super) fn build(boxes: &[Aabb], order: &[u32]) -> Option<Bvh2> {
-    let mut clusters: Vec<Bvh2Node> = order
+pub(super) fn build(boxes: &[Aabb]) -> Option<Bvh2> {
+    let mut clusters: Vec<Bvh2Node> = along_the_curve(boxes, |_| 0.0)
         .par_iter()
         .with_min_len(AT_A_TIME)
         .map(|&number| Bvh2Node::new(boxes[number as usize], 1, number))
@@ -74,8 +74,11 @@ pub(super) fn build(boxes: &[Aabb], order: &[u32]) -> Option<Bvh2> {
         merged.clear();
     }
     if let Some(all) = clusters.pop() {
+        assert_eq!(unused, 1, "every pass merges a pair, and none is lost");
         nodes[0] = all;
     }
+    // `max_depth` stays as it is, however deep the tree. With it, obvhs' searches for better places would
+    // panic once the tree is deeper still. Without it they forget some places.
     Some(Bvh2 {
         nodes,
         primitive_indices: (0..boxes.len() as u32).collect(),
@@ -84,8 +87,11 @@ pub(super) fn build(boxes: &[Aabb], order: &[u32]) -> Option<Bvh2> {
     })
 }
 
-/// Finds, for the clusters from `first` on, the one within reach whose union with each is the smallest; the
-/// last of several, as in obvhs.
+/// Finds, for at most [`AT_A_TIME`] clusters from `first` on, the one within reach whose union with each is
+/// the smallest, and of several the last.
+///
+/// So every pass merges some pair. Of all pairs of the least cost, take the one whose later cluster is the
+/// last, and of those the one whose earlier cluster is the last. Both are each other's nearest.
 fn find_nearest(clusters: &[Bvh2Node], first: usize, found: &mut [u32], reach: usize) {
     let mut least = [f32::INFINITY; AT_A_TIME];
     let end = first + found.len();
@@ -94,7 +100,8 @@ fn find_nearest(clusters: &[Bvh2Node], first: usize, found: &mut [u32], reach: u
         let own = clusters[a].aabb();
         let others = &clusters[a + 1..(a + 1 + reach).min(clusters.len())];
         for (b, other) in (a + 1..).zip(others) {
-            let cost = own.union(other.aabb()).half_area();
+            // What is no number costs most: it is not to be lost.
+            let cost = own.union(other.aabb()).half_area().min(f32::INFINITY);
             for (one, candidate) in [(a, b), (b, a)] {
                 if (first..end).contains(&one) && cost <= least[one - first] {
                     least[one - first] = cost;
@@ -108,7 +115,6 @@ fn find_nearest(clusters: &[Bvh2Node], first: usize, found: &mut [u32], reach: u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::accel::curve::along_the_curve;
     use glam::Vec3A;
     use proptest::prelude::*;
 
@@ -118,12 +124,35 @@ mod tests {
         Aabb::new(least, least + side)
     }
 
-    fn tree(boxes: &[Aabb]) -> Option<Bvh2> {
-        build(boxes, &along_the_curve(boxes))
+    /// Checks that each box is a leaf, that parents are around their children, and come before them. Returns
+    /// the sum of the half areas of all inner nodes with one of at most 2.
+    fn checked(tree: &Bvh2, boxes: &[Aabb]) -> f64 {
+        let mut seen = vec![0; boxes.len()];
+        let mut area = 0.0;
+        let mut pending: Vec<usize> = (0..tree.nodes.len().min(1)).collect();
+        while let Some(index) = pending.pop() {
+            let node = tree.nodes[index];
+            let first = node.first_index as usize;
+            if node.is_leaf() {
+                assert_eq!(node.prim_count, 1);
+                seen[tree.primitive_indices[first] as usize] += 1;
+                let one = boxes[tree.primitive_indices[first] as usize];
+                assert!(*node.aabb() == one || one.min.is_nan());
+            } else {
+                assert!(first > index);
+                let around = tree.nodes[first].aabb().union(tree.nodes[first + 1].aabb());
+                assert!(*node.aabb() == around || around.min.is_nan());
+                let own = f64::from(node.aabb().half_area());
+                area += if own <= 2.0 { own } else { 0.0 };
+                pending.extend([first, first + 1]);
+            }
+        }
+        assert!(seen.iter().all(|&count| count == 1));
+        area
     }
 
     #[test]
-    fn rows_towers_and_shells_of_boxes_take_too_long_and_scattered_ones_do_not() {
+    fn rows_heaps_and_shells_of_boxes_take_too_long_and_scattered_ones_do_not() {
         let count = 10_000;
         let row: Vec<Aabb> = (0..count).map(|n| cube(n as f32, 1.0)).collect();
         let heap: Vec<Aabb> = (0..count).map(|_| cube(0.0, 1.0)).collect();
@@ -132,9 +161,49 @@ mod tests {
             .map(|n| cube((n as f32 * 0.618).fract(), 1e-3))
             .collect();
         for boxes in [&row, &heap, &shells] {
-            assert!(tree(boxes).is_none());
+            assert!(build(boxes).is_none());
         }
-        assert!(tree(&scattered).is_some() && tree(&row[..FEW]).is_some());
+        checked(&build(&row[..FEW]).expect("few"), &row[..FEW]);
+        checked(&build(&scattered).expect("scattered"), &scattered);
+    }
+
+    #[test]
+    fn boxes_without_numbers_are_leaves_too() {
+        let nothing = Aabb::new(Vec3A::NAN, Vec3A::NAN);
+        let endless = Aabb::new(Vec3A::NEG_INFINITY, Vec3A::INFINITY);
+        let kinds = [
+            nothing,
+            cube(0.0, 1.0),
+            Aabb::empty(),
+            endless,
+            cube(f32::MAX, 1.0),
+        ];
+        for count in 0..40 {
+            for turn in 0..kinds.len() {
+                let all_kinds = (0..count).map(|n| kinds[(n + turn) % kinds.len()]);
+                let mostly_one = (0..count).map(|n| kinds[if n == count / 2 { 1 } else { turn }]);
+                for boxes in [all_kinds.collect::<Vec<_>>(), mostly_one.collect()] {
+                    checked(&build(&boxes).expect("few"), &boxes);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_small_in_a_large_world_is_clustered_as_well_as_alone() {
+        // A sheet of 100 x 100 squares, whose numbers say nothing of their places.
+        let square = |n: usize| {
+            let n = n * 7919 % 10_000;
+            let at = Vec3A::new((n % 100) as f32, (n / 100) as f32, 0.0) / 100.0;
+            Aabb::new(at, at + Vec3A::new(0.01, 0.01, 0.001))
+        };
+        let sheet: Vec<Aabb> = (0..10_000).map(square).collect();
+        let alone = checked(&build(&sheet).expect("scattered"), &sheet);
+        let mut world = sheet;
+        world.extend([-1e4, 1e4].map(|far| Aabb::new(Vec3A::splat(far), Vec3A::splat(far + 1.0))));
+        let within = checked(&build(&world).expect("scattered"), &world);
+        // 2²¹ cells are 0.01 wide, as the squares are. With 2¹⁶ a thousand squares share a cell.
+        assert!(within < 1.1 * alone, "{within}, alone {alone}");
     }
 
     /// Boxes with whole-numbered corners, so that many unions are equally large.
@@ -150,25 +219,7 @@ mod tests {
 
         #[test]
         fn every_box_is_a_leaf_and_inside_of_all_above_it(boxes in boxes(500)) {
-            let tree = tree(&boxes).expect("few boxes never take too long");
-            let mut seen = vec![0; boxes.len()];
-            let mut pending: Vec<usize> = (0..tree.nodes.len().min(1)).collect();
-            while let Some(index) = pending.pop() {
-                let node = tree.nodes[index];
-                let first = node.first_index as usize;
-                if node.is_leaf() {
-                    prop_assert_eq!(node.prim_count, 1);
-                    let number = tree.primitive_indices[first] as usize;
-                    prop_assert_eq!(*node.aabb(), boxes[number]);
-                    seen[number] += 1;
-                } else {
-                    prop_assert!(first > index);
-                    let around = tree.nodes[first].aabb().union(tree.nodes[first + 1].aabb());
-                    prop_assert_eq!(*node.aabb(), around);
-                    pending.extend([first, first + 1]);
-                }
-            }
-            prop_assert!(seen.iter().all(|&count| count == 1));
+            checked(&build(&boxes).expect("few boxes never take too long"), &boxes);
         }
 
         #[test]

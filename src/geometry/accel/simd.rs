@@ -29,7 +29,7 @@ impl BoxTree {
     ) -> u64 {
         #[cfg(target_arch = "x86_64")]
         if let Some(lanes) = Avx2::detect() {
-            // SAFETY: the token proves that the processor has the feature.
+            // SAFETY: the token proves that the processor has the features.
             #[allow(unsafe_code)]
             return unsafe { search_avx2(lanes, self, root, ray, limit, visitor) };
         }
@@ -41,7 +41,7 @@ impl BoxTree {
     pub(in crate::geometry) fn search_all(&self, searches: &mut impl Searches) -> u64 {
         #[cfg(target_arch = "x86_64")]
         if let Some(lanes) = Avx2::detect() {
-            // SAFETY: the token proves that the processor has the feature.
+            // SAFETY: the token proves that the processor has the features.
             #[allow(unsafe_code)]
             return unsafe { search_all_avx2(lanes, self, searches) };
         }
@@ -55,7 +55,7 @@ impl TreeNode {
     pub(super) fn children_in(&self, pairs: &LocalPlanePairs) -> u32 {
         #[cfg(target_arch = "x86_64")]
         if let Some(lanes) = Avx2::detect() {
-            // SAFETY: the token proves that the processor has the feature.
+            // SAFETY: the token proves that the processor has the features.
             #[allow(unsafe_code)]
             return unsafe { children_in_avx2(lanes, self, pairs) };
         }
@@ -140,7 +140,7 @@ impl Lanes for Portable {
     fn prefetch<T>(self, _value: &T) {}
 }
 
-/// A proof that the processor has AVX2.
+/// A proof that the processor has AVX2, and what searches do with bits: BMI1 and POPCNT.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug)]
 pub(in crate::geometry) struct Avx2(());
@@ -156,7 +156,7 @@ impl Avx2 {
     }
 }
 
-// SAFETY, for each block below: an `Avx2` exists only if the processor has the feature, and loads and stores
+// SAFETY, for each block below: an `Avx2` exists only if the processor has the features, and loads and stores
 // go through references to arrays of just the right size.
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
@@ -240,7 +240,7 @@ mod tests {
     #[test]
     fn avx2_lanes_compute_the_same_bits_as_portable_ones() {
         let Some(wide) = Avx2::detect() else {
-            println!("skipped: this processor has no AVX2");
+            println!("skipped: this processor lacks AVX2, BMI1 or POPCNT");
             return;
         };
         for shift in 0..WIDTH {

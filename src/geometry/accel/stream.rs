@@ -70,7 +70,7 @@ impl BoxTree {
             && let Some((ray, number, limit)) = searches.next()
         {
             let mut walk = Walk::idle();
-            walk.restart(self.whole, &ray, limit);
+            walk.begin(self.whole, &ray, limit);
             slots.push(Slot { walk, ray, number });
         }
         while !slots.is_empty() {
@@ -87,7 +87,7 @@ impl BoxTree {
                 {
                     slot.walk.announce(lanes, self, &visitor);
                 } else if let Some((ray, number, limit)) = searches.next() {
-                    slot.walk.restart(self.whole, &ray, limit);
+                    slot.walk.begin(self.whole, &ray, limit);
                     (slot.ray, slot.number) = (ray, number);
                 } else {
                     slots.swap_remove(turn);

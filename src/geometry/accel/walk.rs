@@ -37,7 +37,7 @@ impl BoxTree {
             return 0;
         };
         let mut walk = Walk::idle();
-        walk.restart(root, ray, limit);
+        walk.begin(root, ray, limit);
         let mut visits = 0;
         loop {
             visits += u64::from(walk.is_at_node());
@@ -61,10 +61,10 @@ impl Walk {
         }
     }
 
-    /// Starts from a root, once nothing waits any more.
+    /// Begins at a root. Nothing waits: the search before has ended, or there was none.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    pub(super) fn restart(&mut self, root: Root, ray: &LocalRay, limit: f64) {
+    pub(super) fn begin(&mut self, root: Root, ray: &LocalRay, limit: f64) {
         self.next = root.node;
         self.candidates = 0;
         self.limit = ray.local_limit(limit);
@@ -157,11 +157,13 @@ fn announce(lanes: impl Lanes, tree: &BoxTree, child: Child, visitor: &impl Leaf
 ///
 /// The array is of fixed size, as nearly all searches need no more; the rest goes to the heap.
 pub(super) struct Stack {
-    fixed: ArrayVec<(f32, Child), 48>,
+    fixed: ArrayVec<(f32, Child), { Self::FIXED }>,
     spilled: Vec<(f32, Child)>,
 }
 
 impl Stack {
+    const FIXED: usize = 48;
+
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is copied to its place
     pub(super) fn new() -> Self {

@@ -25,13 +25,13 @@ pub(super) fn representatives(positions: &[DVec3]) -> Vec<u32> {
         .collect()
 }
 
-/// True if a face's corners, given as representatives, are at three different positions.
-pub(super) fn has_distinct_corners([a, b, c]: [u32; 3]) -> bool {
+/// True if a face's corners, given as representatives or places, are at three different positions.
+pub(super) fn has_distinct_corners<T: PartialEq>([a, b, c]: [T; 3]) -> bool {
     a != b && b != c && c != a
 }
 
 /// A key that is the same for all faces over the same three vertices, whatever their order.
-pub(super) fn key(mut corners: [u32; 3]) -> [u32; 3] {
+pub(super) fn key<T: Ord>(mut corners: [T; 3]) -> [T; 3] {
     corners.sort_unstable();
     corners
 }
@@ -62,14 +62,9 @@ pub(super) fn distinct_faces(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec
     (0..)
         .zip(triangles)
         .filter(|(_, corners)| {
-            let mut places = corners.map(|vertex| bits(positions[vertex as usize]));
-            let [a, b, c] = places;
-            let are_apart = a != b && b != c && c != a;
-            are_apart
-                && (repeated.is_empty() || !repeated.contains(&sum(corners)) || {
-                    places.sort_unstable();
-                    seen.insert(places)
-                })
+            let places = corners.map(|vertex| bits(positions[vertex as usize]));
+            let is_alone = || repeated.is_empty() || !repeated.contains(&sum(corners));
+            has_distinct_corners(places) && (is_alone() || seen.insert(key(places)))
         })
         .map(|(face, _)| face)
         .collect()
