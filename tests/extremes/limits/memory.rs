@@ -352,6 +352,10 @@ fn memory_of(folder: &Path, mesh: &MeshParts) -> (u64, u64) {
     (json["memory_bytes"].as_u64().unwrap(), peak)
 }
 
+/// What a tree of few faces may take beyond its share of a large one \[bytes\]: some leaves of 320 bytes more, as
+/// roundings of places along the curve have it.
+const FEW_LEAVES: u64 = 6 * 320;
+
 /// Rippled water, whose faces share each vertex with five others: 200 bytes a face. The same faces without a
 /// vertex in common: a corner of its own takes a position and a normal of three `f64` each, 48 bytes more.
 #[test]
@@ -372,7 +376,8 @@ fn a_triangle_takes_no_more_memory_than_is_promised() {
             held as f64 / 1e6,
             reading as f64 / 1e6
         );
-        assert!(each <= promised, "{what}, {faces} faces: {each}");
+        let all = held.saturating_sub(FEW_LEAVES) as f64;
+        assert!(all <= promised * faces, "{what}, {faces} faces: {each}");
         // What is held is in memory, and reading takes less than four times the honest need.
         assert!(
             held <= reading + SLACK,
