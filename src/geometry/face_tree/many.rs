@@ -6,7 +6,6 @@ use crate::geometry::{
     accel::{Lanes, LocalRay, Searches},
     counters::TraversalCounters,
     nearest::Nearest,
-    triangle::ShearedRay,
 };
 
 /// Number of leaves from which on searches wait for memory, by measurement. With 16,000 of them (80,000
@@ -127,9 +126,9 @@ impl Searches for HitSearches<'_> {
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     fn test(&mut self, ray: usize, leaf: usize, candidates: u32) -> f64 {
         self.tests += u64::from(candidates.count_ones());
-        let sheared = ShearedRay::new(&self.segments[ray].ray);
         let nearest = &mut self.nearest[ray];
-        self.tree.test(leaf, candidates, &sheared, |hit| {
+        let ray = &self.segments[ray].ray;
+        self.tree.test(leaf, candidates, ray, |hit| {
             nearest.offer(hit);
         });
         nearest.limit()

@@ -117,7 +117,7 @@ impl FaceTree {
         let limit = nearest.limit();
         let mut search = FaceSearch {
             tree: self,
-            sheared: ShearedRay::new(ray),
+            ray,
             tests: 0,
             limit,
             found: |hit: Hit| {
@@ -140,7 +140,7 @@ impl FaceTree {
         let mut blocked = false;
         let mut search = FaceSearch {
             tree: self,
-            sheared: ShearedRay::new(ray),
+            ray,
             tests: 0,
             limit: max_distance,
             found: |hit: Hit| {
@@ -161,13 +161,8 @@ impl FaceTree {
     /// Exact tests of some faces of a leaf.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    fn test(
-        &self,
-        leaf: usize,
-        mut candidates: u32,
-        sheared: &ShearedRay,
-        mut found: impl FnMut(Hit),
-    ) {
+    fn test(&self, leaf: usize, mut candidates: u32, ray: &Ray, mut found: impl FnMut(Hit)) {
+        let sheared = ShearedRay::new(ray);
         let FaceLeaf { first, shape, .. } = self.leaves[leaf];
         while candidates != 0 {
             let position = (first + candidates.trailing_zeros()) as usize;
@@ -204,7 +199,7 @@ impl FaceTree {
 /// An exact test of the faces of the leaves visited.
 struct FaceSearch<'a, F> {
     tree: &'a FaceTree,
-    sheared: ShearedRay,
+    ray: &'a Ray,
     tests: u64,
     limit: f64,
     /// The action for a hit; returns the new limit.
@@ -228,7 +223,7 @@ impl<F: FnMut(Hit) -> f64> LeafVisitor for FaceSearch<'_, F> {
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     fn test(&mut self, leaf: usize, candidates: u32) -> f64 {
         self.tests += u64::from(candidates.count_ones());
-        self.tree.test(leaf, candidates, &self.sheared, |hit| {
+        self.tree.test(leaf, candidates, self.ray, |hit| {
             self.limit = (self.found)(hit);
         });
         self.limit
