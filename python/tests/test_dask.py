@@ -22,6 +22,8 @@ from conftest import ROOT, SCENES, SMALL_VIEW
 
 distributed = pytest.importorskip("distributed", reason='no distributed: pip install "nephroid[dask]"')
 
+import dask.config  # noqa: E402
+from dask.utils import parse_timedelta  # noqa: E402
 from distributed.diagnostics.plugin import WorkerPlugin  # noqa: E402
 
 import nephroid.dask  # noqa: E402
@@ -726,15 +728,28 @@ def test_a_study_of_a_file_with_poses(client, tmp_path, monkeypatch):
         assert said[0] == said[1]
 
 
-@pytest.mark.parametrize("number", [0, 1])
-def test_the_examples_of_the_page(tmp_path, number):
-    """As a reader would run them; the third is of Slurm, which tests/slurm/run tries."""
-    block = re.findall(r"```python\n(.*?)```", (ROOT / "docs/clusters.md").read_text(), re.S)[number]
+PAGE = (ROOT / "docs/clusters.md").read_text()
+
+
+@pytest.mark.parametrize(("number", "made"), enumerate(["out/ball.exr", "out/ball.report/index.html", "local.exr"]))
+def test_the_examples_of_the_page(tmp_path, number, made):
+    """As a reader would run them; the fourth is of Slurm, which tests/slurm/run tries."""
+    block = re.findall(r"```python\n(.*?)```", PAGE, re.S)[number]
     (tmp_path / "example.py").write_text(block)
     (tmp_path / "scenes").symlink_to(SCENES)
     done = subprocess.run([sys.executable, "example.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / ("out/ball.exr", "out/ball.report/index.html")[number]).exists()
+    assert (tmp_path / made).exists()
+
+
+def test_the_clocks_of_the_page_are_dasks():
+    """Dask takes any key: one that it does not know changes nothing."""
+    clocks = re.findall(r'"(distributed\.[a-z.-]+)": "(\w+)",\s+# (?:by default )?(\w+) ms', PAGE)
+    assert len(clocks) == 3
+    for key, ours, milliseconds in clocks:
+        theirs = parse_timedelta(dask.config.get(key))
+        assert theirs == pytest.approx(int(milliseconds) / 1000.0)
+        assert parse_timedelta(ours) > theirs
 
 
 def test_nephroid_alone_does_not_import_dask():

@@ -10,7 +10,7 @@ use super::facets::{FacetRefiner, by_events};
 use super::film::BeamFilm;
 use super::light::BeamLight;
 use super::limit::Limit;
-use super::refine::{Asked, Balance, Refiner, Scratch};
+use super::refine::{Asked, Balance, LeftLight, MOST_LEFT, Refiner, Scratch};
 use super::sums::Sums;
 use super::tasks::{LightParts, Task, Towards, tasks};
 use super::traced::{BatchSums, ChannelSums, SignatureDone, TaskDone};
@@ -214,32 +214,51 @@ struct Crew<'a, const N: usize> {
     idle: Mutex<Vec<Scratch<N>>>,
 }
 
+/// The light of a signature's cells, and the work that they took.
+type CellSums<const N: usize> = (Balance<N>, TraversalCounters);
+
+/// Light that is left, of a signature by its number.
+type LeftOf<const N: usize> = (usize, LeftLight<N>);
+
 impl<const N: usize> Crew<'_, N> {
-    /// Does a task; `None` if it was stopped before its end.
+    /// Does a task, with other threads if it is a long one; `None` if it was stopped before its end.
     fn follow(&self, task: &Task) -> Option<Vec<SignatureDone<N>>> {
-        let Passes { limit, .. } = *self.passes;
-        if limit.is_reached() {
+        let (mut done, left) = self.with_scratch(|scratch| self.begin(task, scratch))?;
+        let signatures: Vec<usize> = left.iter().map(|(signature, _)| *signature).collect();
+        let rest = self.follow_left(task.light, left)?;
+        // In the order in which it was left: floats are summed the same on any threads.
+        for (signature, (balance, counters)) in signatures.into_iter().zip(rest) {
+            let done = &mut done[signature - task.signatures.start];
+            done.balance += balance;
+            done.counters += counters;
+        }
+        let patches = match task.towards {
+            Towards::Patches(patches) => patches.len(),
+            Towards::Facets(facets) => facets.len(),
+        };
+        self.passes.progress.add((patches * done.len()) as u64);
+        Some(done)
+    }
+
+    /// Does a task but for the light that is left, which is returned.
+    fn begin(
+        &self,
+        task: &Task,
+        scratch: &RefCell<Scratch<N>>,
+    ) -> Option<(Vec<SignatureDone<N>>, Vec<LeftOf<N>>)> {
+        if self.passes.limit.is_reached() {
             return None;
         }
-        let held = self.idle.lock().ok().and_then(|mut idle| idle.pop());
-        let events = self.asked.iter().map(|(signature, _)| signature.len());
-        let mut scratch = held.unwrap_or_else(|| Scratch::new(events.max().unwrap_or(0)));
-        scratch.forget();
-        let scratch = RefCell::new(scratch);
-        let refiner = |index: usize| {
-            let (asked, film) = (self.asked[index], &self.films[index]);
-            self.passes
-                .refiner(task.light, self.screen, asked, film, limit, &scratch)
-        };
+        let most_left = MOST_LEFT / task.signatures.len().max(1);
+        let refiner = |index: usize| self.refiner(task.light, index, scratch).leaving(most_left);
         let mut refiners: Vec<Refiner<'_, N>> = task.signatures.clone().map(refiner).collect();
-        let patches = match task.towards {
+        match task.towards {
             Towards::Patches(patches) => {
                 for refiner in &mut refiners {
                     for patch in patches {
                         refiner.refine(patch);
                     }
                 }
-                patches.len()
             }
             Towards::Facets(facets) => {
                 let paths = self.passes.paths(task.light);
@@ -248,28 +267,82 @@ impl<const N: usize> Crew<'_, N> {
                 for facet in facets {
                     polygons.refine(*facet);
                 }
-                facets.len()
             }
-        };
+        }
         if refiners.iter().any(Refiner::was_stopped) {
             return None;
         }
-        let done = |(signature, mut one): (usize, Refiner<'_, N>)| {
-            one.tell_limit();
+        let mut left = Vec::new();
+        let refiners = task.signatures.clone().zip(refiners);
+        let done = refiners.map(|(signature, mut one)| {
+            left.extend(one.take_left().into_iter().map(|light| (signature, light)));
+            let (balance, counters) = ended(one);
             SignatureDone {
                 signature,
-                counters: one.counters(),
-                balance: one.balance,
+                balance,
+                counters,
             }
-        };
-        let count = refiners.len();
-        let done = task.signatures.clone().zip(refiners).map(done).collect();
-        self.passes.progress.add((patches * count) as u64);
+        });
+        Some((done.collect(), left))
+    }
+
+    /// Follows pieces of light that were left, each with what it leaves itself; `None` if it was stopped
+    /// before its end.
+    fn follow_left(&self, light: &BeamLight, left: Vec<LeftOf<N>>) -> Option<Vec<CellSums<N>>> {
+        // One by one: rayon would give a thread up to a quarter of them.
+        let followed = left.into_par_iter().with_max_len(1);
+        let followed = followed.map(|(signature, one)| {
+            let (mut done, left) = self.with_scratch(|scratch| {
+                if self.passes.limit.is_reached() {
+                    return None;
+                }
+                let mut refiner = self.refiner(light, signature, scratch).leaving(MOST_LEFT);
+                refiner.refine_left(one);
+                let left = refiner.take_left().into_iter();
+                let left: Vec<LeftOf<N>> = left.map(|light| (signature, light)).collect();
+                (!refiner.was_stopped()).then(|| (ended(refiner), left))
+            })?;
+            for (balance, counters) in self.follow_left(light, left)? {
+                done.0 += balance;
+                done.1 += counters;
+            }
+            Some(done)
+        });
+        followed.collect()
+    }
+
+    /// Lends memory that holds no paths. Nobody who waits for other threads keeps it.
+    fn with_scratch<T>(&self, work: impl FnOnce(&RefCell<Scratch<N>>) -> T) -> T {
+        let held = self.idle.lock().ok().and_then(|mut idle| idle.pop());
+        let events = self.asked.iter().map(|(signature, _)| signature.len());
+        let mut scratch = held.unwrap_or_else(|| Scratch::new(events.max().unwrap_or(0)));
+        scratch.forget();
+        let scratch = RefCell::new(scratch);
+        let done = work(&scratch);
         if let Ok(mut idle) = self.idle.lock() {
             idle.push(scratch.into_inner());
         }
-        Some(done)
+        done
     }
+
+    /// A refiner of a source's light, for a signature by its number.
+    fn refiner<'f>(
+        &'f self,
+        light: &'f BeamLight,
+        signature: usize,
+        scratch: &'f RefCell<Scratch<N>>,
+    ) -> Refiner<'f, N> {
+        let (asked, film) = (self.asked[signature], &self.films[signature]);
+        let limit = self.passes.limit;
+        self.passes
+            .refiner(light, self.screen, asked, film, limit, scratch)
+    }
+}
+
+/// The sums of a refiner that is done.
+fn ended<const N: usize>(mut refiner: Refiner<'_, N>) -> CellSums<N> {
+    refiner.tell_limit();
+    (refiner.balance, refiner.counters())
 }
 
 /// The layers of signatures whose tasks are all done, given to `take` one by one in their order. There are
@@ -348,14 +421,12 @@ mod tests {
     const LAMP: &str =
         r#"<emitter type="point"><point name="position" x="0.4" y="0.3" z="2.5"/></emitter>"#;
 
-    /// Layers of some signatures of a shipped scene, each with its tolerance \[W\]: all together, or each
-    /// alone. The light is the scene's, or another one.
-    fn layers(
+    /// What passes over a shipped scene are good for. The light is the scene's, or another one.
+    fn with_passes<T>(
         scene: &str,
         lamp: Option<&str>,
-        asked: &[(&str, f64)],
-        together: bool,
-    ) -> Vec<PassLayer> {
+        work: impl FnOnce(&Passes, &[BeamLight]) -> T,
+    ) -> T {
         let size = [("size".to_owned(), "32".to_owned())];
         let path = std::path::absolute(format!("scenes/{scene}.xml")).unwrap();
         let mut text = std::fs::read_to_string(&path).unwrap();
@@ -382,27 +453,109 @@ mod tests {
             limit: &Limit::new(&Budget::default(), &progress, std::time::Instant::now()),
             progress: &progress,
         };
-        let asked: Vec<Asked> = asked
-            .iter()
-            .map(|(name, tolerance)| {
-                let limits = Limits {
-                    tolerance: *tolerance,
-                    flux: 1e3,
-                    peak: 1.0,
+        work(&passes, &lights)
+    }
+
+    /// A signature by its name, with its tolerance \[W\].
+    fn asked(name: &str, tolerance: f64) -> Asked {
+        let limits = Limits {
+            tolerance,
+            flux: 1e3,
+            peak: 1.0,
+        };
+        (name.parse().unwrap(), limits)
+    }
+
+    /// Layers of some signatures of a shipped scene, each with its tolerance \[W\]: all together, or each
+    /// alone. The light is the scene's, or another one.
+    fn layers(
+        scene: &str,
+        lamp: Option<&str>,
+        names: &[(&str, f64)],
+        together: bool,
+    ) -> Vec<PassLayer> {
+        let all: Vec<Asked> = names.iter().map(|(name, at)| asked(name, *at)).collect();
+        with_passes(scene, lamp, |passes, lights| {
+            let mut layers = Vec::new();
+            for batch in all.chunks(if together { all.len() } else { 1 }) {
+                let sums = passes.trace(lights, batch, Shard::WHOLE).unwrap().unwrap();
+                let take = |index, layer| {
+                    assert_eq!(index, layers.len() % batch.len());
+                    layers.push(layer);
                 };
-                (name.parse().unwrap(), limits)
-            })
-            .collect();
-        let mut layers = Vec::new();
-        for batch in asked.chunks(if together { asked.len() } else { 1 }) {
-            let sums = passes.trace(&lights, batch, Shard::WHOLE).unwrap().unwrap();
-            let take = |index, layer| {
-                assert_eq!(index, layers.len() % batch.len());
-                layers.push(layer);
-            };
-            super::layers(sums, batch, take);
+                super::layers(sums, batch, take);
+            }
+            layers
+        })
+    }
+
+    /// A film and the sums of what refiners put on it: one that may leave so many pieces of light, and others
+    /// that go on with them. With the number of pieces.
+    fn followed(
+        passes: &Passes,
+        light: &BeamLight,
+        asked: Asked,
+        most_left: usize,
+    ) -> (Vec<i64>, Balance<1>, usize) {
+        let scale = FixedPoint::for_total(64e3).unwrap();
+        let (screen, film) = (
+            passes.target.screen(),
+            BeamFilm::new(passes.target.size(), scale),
+        );
+        let scratch = RefCell::new(Scratch::new(asked.0.len()));
+        let refiner = || {
+            let limit = passes.limit;
+            let refiner = passes.refiner(light, &screen, asked, &film, limit, &scratch);
+            refiner.leaving(most_left)
+        };
+        let mut first = [refiner()];
+        let paths = passes.paths(light);
+        let (facets, patches) = light.parts(passes.facets);
+        let clearance = passes.clearance;
+        let mut polygons = FacetRefiner::new(&paths, &screen, clearance, &mut first);
+        for facet in &facets {
+            polygons.refine(*facet);
         }
-        layers
+        let [mut first] = first;
+        for patch in patches.iter().take(4) {
+            first.refine(patch);
+        }
+        let (mut left, mut pieces) = (first.take_left(), 0);
+        let mut balance = first.balance;
+        while let Some(piece) = left.pop() {
+            pieces += 1;
+            let mut next = refiner();
+            next.refine_left(piece);
+            left.extend(next.take_left());
+            balance += next.balance;
+        }
+        (film.quanta().collect(), balance, pieces)
+    }
+
+    #[test]
+    fn light_that_is_left_to_others_is_followed_once() {
+        // Hills below a prism, whose polygons are given to cells: all of a facet's light may be left, or the
+        // first pieces of it. And four patches of a ball, of more than 4,096 cells each.
+        for (scene, name, tolerance, most_left) in [
+            ("turntable-terrain", "LTTD", 1e-5, MOST_LEFT),
+            ("turntable-terrain", "LTTD", 1e-5, 2),
+            ("glass-ball", "LTTD", 1e-8, MOST_LEFT),
+        ] {
+            with_passes(scene, None, |passes, lights| {
+                let asked = asked(name, tolerance);
+                let alone = followed(passes, &lights[0], asked, 0);
+                let together = followed(passes, &lights[0], asked, most_left);
+                println!("{scene}: {} cells, {} pieces", alone.1.cells, together.2);
+                assert_eq!(alone.2, 0);
+                assert!(together.2 > 1, "{scene}: {} pieces", together.2);
+                assert!(alone.0 == together.0, "{scene}");
+                let counts = |of: &Balance<1>| [of.cells, of.cut_cells, of.unresolved_cells];
+                assert_eq!(counts(&alone.1), counts(&together.1), "{scene}");
+                // Sums of some 10⁵ numbers in another order: 2⁻⁵³ of all for each, at worst.
+                let off = (alone.1.emitted - together.1.emitted).abs();
+                assert!(off <= 1e-10 * alone.1.emitted, "{scene}: {off}");
+            });
+        }
     }
 
     fn assert_same(a: &PassLayer, b: &PassLayer) {

@@ -42,7 +42,7 @@ impl<'l> LightParts<'l> {
     }
 }
 
-/// A part of one source's light that one thread follows.
+/// A part of one source's light. One thread begins it; light that it leaves is followed by any.
 pub(super) struct Task<'p> {
     pub light: &'p BeamLight,
     /// The signatures, by their order in a batch.

@@ -10,5 +10,5 @@ mod sound;
 pub use balance::Balance;
 pub use limits::{Asked, Limits};
 pub(super) use refiner::misplaced;
-pub use refiner::{Refiner, Scratch, scratch_bytes};
+pub use refiner::{LeftLight, MOST_LEFT, Refiner, Scratch, scratch_bytes};
 pub use sound::Sounding;

@@ -81,6 +81,23 @@ const FAINT: f64 = 0.25;
 /// Number of cells between two questions to the limit: some milliseconds' work.
 const PATIENCE: u64 = 256;
 
+/// Number of cells of one patch after which the largest that wait are left to others, and between two such
+/// times: some tens of milliseconds' work.
+const BEFORE_LEAVING: u64 = 4096;
+
+/// Number of patches that are left together.
+const LEFT_TOGETHER: usize = 64;
+
+/// Number of pieces of light that a task leaves at most, since they take memory; it does the rest itself.
+pub const MOST_LEFT: usize = 512;
+
+/// Memory \[bytes\] of so many pieces.
+const LEFT_BYTES: usize = MOST_LEFT * (LEFT_TOGETHER * size_of::<[DVec2; 3]>() + 256);
+
+/// Least number of divisions from a cell that is left to the one at hand. A smaller cell has most of its
+/// paths in common with those at hand.
+const LEAST_LEFT: u32 = 4;
+
 /// Memory that refiners work in, one after the other.
 pub struct Scratch<const N: usize> {
     /// The signature whose paths it holds.
@@ -111,8 +128,8 @@ impl<const N: usize> Scratch<N> {
         }
     }
 
-    /// Forgets all paths. A task must find nothing here, or its work would depend on the tasks before it on
-    /// the same thread.
+    /// Forgets all paths. A task, or a piece of light that one left, must find nothing here. Else its work
+    /// would depend on what the same thread did before.
     pub fn forget(&mut self) {
         self.owner = None;
         self.store.forget();
@@ -127,9 +144,9 @@ impl<const N: usize> Scratch<N> {
     }
 }
 
-/// Memory \[bytes\] to work in, once both stores hold paths with their legs.
+/// Memory \[bytes\] to work in, once both stores hold paths with their legs, and of the light that is left.
 pub const fn scratch_bytes<const N: usize>(events: usize) -> usize {
-    2 * PathStore::<N>::bytes(events)
+    2 * PathStore::<N>::bytes(events) + LEFT_BYTES
 }
 
 /// Refiner of cells of one source's light, for one signature.
@@ -153,8 +170,20 @@ pub struct Refiner<'a, const N: usize> {
     limits: Limits,
     /// Misplaced flux \[W\] that a cell may have: the tolerance, as far as it makes sense.
     tolerance: f64,
+    /// The light that it left to others.
+    left: Vec<LeftLight<N>>,
+    /// Most pieces that it may leave.
+    most_left: usize,
     /// The balance so far.
     pub balance: Balance<N>,
+}
+
+/// A piece of light that is left to another refiner.
+pub enum LeftLight<const N: usize> {
+    /// A large cell.
+    Cell(SurfaceChart, Box<BeamCell<N>>),
+    /// Some patches of one chart, by their corners.
+    Patches(SurfaceChart, Vec<[DVec2; 3]>),
 }
 
 /// A cell ready for the film.
@@ -205,8 +234,23 @@ impl<'a, const N: usize> Refiner<'a, N> {
             signature,
             tolerance: limits.tolerance.min(limits.most()),
             limits,
+            left: Vec::new(),
+            most_left: 0,
             balance: Balance::default(),
         }
+    }
+
+    /// Lets it leave so many pieces of light to others, where one thread would take long. What it leaves
+    /// depends on the patches alone.
+    #[must_use]
+    pub fn leaving(mut self, most: usize) -> Self {
+        self.most_left = most;
+        self
+    }
+
+    /// The light that it left since it was taken last.
+    pub fn take_left(&mut self) -> Vec<LeftLight<N>> {
+        std::mem::take(&mut self.left)
     }
 
     /// The signature.
@@ -261,9 +305,47 @@ impl<'a, const N: usize> Refiner<'a, N> {
         !self.stopped
     }
 
-    /// Divides a patch until all its light is placed.
+    /// Divides a patch until all its light is placed, but for that of cells that it leaves.
     pub fn refine(&mut self, patch: &SurfacePatch) {
-        self.with_scratch(|refiner| refiner.divide(patch));
+        self.with_scratch(|refiner| {
+            let whole = refiner.whole(patch);
+            refiner.divide(&patch.chart, whole);
+        });
+    }
+
+    /// Divides a patch until all its light is placed.
+    pub fn refine_all(&mut self, patch: &SurfacePatch) {
+        let most = std::mem::take(&mut self.most_left);
+        self.refine(patch);
+        self.most_left = most;
+    }
+
+    /// Leaves a patch to others, or divides it if it may leave no more.
+    pub fn leave(&mut self, SurfacePatch { chart, corners }: SurfacePatch) {
+        let has_room = self.left.len() < self.most_left;
+        match self.left.last_mut() {
+            Some(LeftLight::Patches(of, patches))
+                if patches.len() < LEFT_TOGETHER && of.is_that_of(&chart) =>
+            {
+                patches.push(corners);
+            }
+            _ if has_room => self.left.push(LeftLight::Patches(chart, vec![corners])),
+            _ => self.refine(&SurfacePatch { chart, corners }),
+        }
+    }
+
+    /// Goes on with light that another refiner of the same source and signature left.
+    pub fn refine_left(&mut self, left: LeftLight<N>) {
+        match left {
+            LeftLight::Cell(chart, cell) => {
+                self.with_scratch(|refiner| refiner.divide(&chart, *cell));
+            }
+            LeftLight::Patches(chart, patches) => {
+                for corners in patches {
+                    self.refine(&SurfacePatch { chart, corners });
+                }
+            }
+        }
     }
 
     /// Works with the lent memory.
@@ -276,18 +358,36 @@ impl<'a, const N: usize> Refiner<'a, N> {
         done
     }
 
-    fn divide(&mut self, patch: &SurfacePatch) {
-        let chart = &patch.chart;
-        let whole = self.whole(patch);
+    fn divide(&mut self, chart: &SurfaceChart, whole: BeamCell<N>) {
         self.scratch.pending.clear();
         self.scratch.pending.push(whole);
+        let mut cells = 0_u64;
         while self.may_go_on()
             && let Some(mut cell) = self.scratch.pending.pop()
         {
+            cells += 1;
+            if cells.is_multiple_of(BEFORE_LEAVING) {
+                self.leave_largest(chart, cell.level);
+            }
             let middles = self.middles(chart, &cell);
             if let Some(quarters) = self.place_or_divide(chart, &mut cell, &middles) {
                 self.scratch.pending.extend(quarters);
             }
+        }
+    }
+
+    /// Leaves the largest cells that wait to others, if they are much larger than the one at hand.
+    fn leave_largest(&mut self, chart: &SurfaceChart, level: u32) {
+        let pending = &mut self.scratch.pending;
+        // A cell's quarters go on top: the largest are at the bottom.
+        let Some(lowest) = pending.first().map(|cell| cell.level) else {
+            return;
+        };
+        if level >= lowest + LEAST_LEFT && self.left.len() < self.most_left {
+            let count = pending.partition_point(|cell| cell.level == lowest);
+            let largest = pending.drain(..count);
+            self.left
+                .extend(largest.map(|cell| LeftLight::Cell(*chart, Box::new(cell))));
         }
     }
 

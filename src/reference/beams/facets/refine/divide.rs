@@ -26,7 +26,8 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
                 let patch = self.patch(polygon, &corners);
                 let cells = &mut self.cells[signature];
                 let cut_before = cells.balance.cut_cells;
-                cells.refine(&patch);
+                // What is cut must be known at once.
+                cells.refine_all(&patch);
                 if cells.balance.cut_cells == cut_before {
                     let mut part = polygon.with(corners.to_vec());
                     part.signatures = signature..signature + 1;
@@ -88,7 +89,7 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
         for signature in polygon.signatures.clone() {
             for corners in polygon.fan() {
                 let patch = self.patch(polygon, &corners);
-                self.cells[signature].refine(&patch);
+                self.cells[signature].leave(patch);
             }
         }
     }
