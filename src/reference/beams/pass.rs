@@ -214,9 +214,6 @@ struct Crew<'a, const N: usize> {
     idle: Mutex<Vec<Scratch<N>>>,
 }
 
-/// The light of a signature's cells, and the work that they took.
-type CellSums<const N: usize> = (Balance<N>, TraversalCounters);
-
 /// Light that is left, of a signature by its number.
 type LeftOf<const N: usize> = (usize, LeftLight<N>);
 
@@ -224,13 +221,9 @@ impl<const N: usize> Crew<'_, N> {
     /// Does a task, with other threads if it is a long one; `None` if it was stopped before its end.
     fn follow(&self, task: &Task) -> Option<Vec<SignatureDone<N>>> {
         let (mut done, left) = self.with_scratch(|scratch| self.begin(task, scratch))?;
-        let signatures: Vec<usize> = left.iter().map(|(signature, _)| *signature).collect();
-        let rest = self.follow_left(task.light, left)?;
         // In the order in which it was left: floats are summed the same on any threads.
-        for (signature, (balance, counters)) in signatures.into_iter().zip(rest) {
-            let done = &mut done[signature - task.signatures.start];
-            done.balance += balance;
-            done.counters += counters;
+        for rest in self.follow_left(task.light, left)? {
+            done[rest.signature - task.signatures.start].add(&rest);
         }
         let patches = match task.towards {
             Towards::Patches(patches) => patches.len(),
@@ -276,19 +269,18 @@ impl<const N: usize> Crew<'_, N> {
         let refiners = task.signatures.clone().zip(refiners);
         let done = refiners.map(|(signature, mut one)| {
             left.extend(one.take_left().into_iter().map(|light| (signature, light)));
-            let (balance, counters) = ended(one);
-            SignatureDone {
-                signature,
-                balance,
-                counters,
-            }
+            ended(signature, one)
         });
         Some((done.collect(), left))
     }
 
     /// Follows pieces of light that were left, each with what it leaves itself; `None` if it was stopped
     /// before its end.
-    fn follow_left(&self, light: &BeamLight, left: Vec<LeftOf<N>>) -> Option<Vec<CellSums<N>>> {
+    fn follow_left(
+        &self,
+        light: &BeamLight,
+        left: Vec<LeftOf<N>>,
+    ) -> Option<Vec<SignatureDone<N>>> {
         // One by one: rayon would give a thread up to a quarter of them.
         let followed = left.into_par_iter().with_max_len(1);
         let followed = followed.map(|(signature, one)| {
@@ -300,11 +292,10 @@ impl<const N: usize> Crew<'_, N> {
                 refiner.refine_left(one);
                 let left = refiner.take_left().into_iter();
                 let left: Vec<LeftOf<N>> = left.map(|light| (signature, light)).collect();
-                (!refiner.was_stopped()).then(|| (ended(refiner), left))
+                (!refiner.was_stopped()).then(|| (ended(signature, refiner), left))
             })?;
-            for (balance, counters) in self.follow_left(light, left)? {
-                done.0 += balance;
-                done.1 += counters;
+            for rest in self.follow_left(light, left)? {
+                done.add(&rest);
             }
             Some(done)
         });
@@ -339,10 +330,14 @@ impl<const N: usize> Crew<'_, N> {
     }
 }
 
-/// The sums of a refiner that is done.
-fn ended<const N: usize>(mut refiner: Refiner<'_, N>) -> CellSums<N> {
+/// What a refiner did that is done.
+fn ended<const N: usize>(signature: usize, mut refiner: Refiner<'_, N>) -> SignatureDone<N> {
     refiner.tell_limit();
-    (refiner.balance, refiner.counters())
+    SignatureDone {
+        signature,
+        balance: refiner.balance,
+        counters: refiner.counters(),
+    }
 }
 
 /// The layers of signatures whose tasks are all done, given to `take` one by one in their order. There are

@@ -55,6 +55,14 @@ pub struct SignatureDone<const N: usize> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unlike;
 
+impl<const N: usize> SignatureDone<N> {
+    /// Adds what was done for more light of the same signature.
+    pub fn add(&mut self, more: &Self) {
+        self.balance += more.balance;
+        self.counters += more.counters;
+    }
+}
+
 impl BatchSums {
     /// Work, as a limit counts it \[rays\].
     pub fn work(&self) -> u64 {

@@ -91,7 +91,8 @@ const LEFT_TOGETHER: usize = 64;
 /// Number of pieces of light that a task leaves at most, since they take memory; it does the rest itself.
 pub const MOST_LEFT: usize = 512;
 
-/// Memory \[bytes\] of so many pieces.
+/// Memory \[bytes\] of so many pieces, if all are patches: a cell takes less. The rest is a piece's own
+/// place, and that of its sums.
 const LEFT_BYTES: usize = MOST_LEFT * (LEFT_TOGETHER * size_of::<[DVec2; 3]>() + 256);
 
 /// Least number of divisions from a cell that is left to the one at hand. A smaller cell has most of its
