@@ -86,10 +86,10 @@ const PATIENCE: u64 = 256;
 const BEFORE_LEAVING: u64 = 4096;
 
 /// Number of patches that are left together.
-const LEFT_TOGETHER: usize = 64;
+const LEFT_TOGETHER: usize = 32;
 
 /// Number of pieces of light that a task leaves at most, since they take memory; it does the rest itself.
-pub const MOST_LEFT: usize = 512;
+pub const MOST_LEFT: usize = 256;
 
 /// Memory \[bytes\] of so many pieces, if all are patches: a cell takes less. The rest is a piece's own
 /// place, and that of its sums.
