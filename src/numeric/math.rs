@@ -186,6 +186,12 @@ pub mod single {
         libm::powf(x, y)
     }
 
+    /// ∛x.
+    #[inline]
+    pub fn cbrt(x: f32) -> f32 {
+        libm::cbrtf(x)
+    }
+
     /// √(x² + y²).
     #[inline]
     pub fn hypot(x: f32, y: f32) -> f32 {

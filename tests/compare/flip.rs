@@ -137,6 +137,22 @@ fn equal_images_have_no_flip_and_black_and_white_flip_all() {
 }
 
 #[test]
+fn a_texel_that_differs_is_seen_within_reach_alone() {
+    let mut planes = planes(coloured, WIDTH, HEIGHT);
+    planes[1] = planes[0].clone();
+    planes[1][1][0] += 0.5;
+    let images = images(&planes, WIDTH, HEIGHT);
+    let map = ldr(&images, PIXELS_PER_DEGREE);
+    assert!(map[0] > 0.01, "{}", map[0]);
+    // Three standard deviations of the widest kernel at 67 pixels a degree.
+    let reach = 10;
+    for (texel, error) in map.iter().enumerate() {
+        let is_near = texel % WIDTH <= reach && texel / WIDTH <= reach;
+        assert!(is_near || *error == 0.0, "{texel}: {error}");
+    }
+}
+
+#[test]
 fn squares_join_without_a_seam() {
     // A pair wider and higher than a square of texels: the middle of it, computed alone with all that
     // is within reach, is the same.

@@ -71,7 +71,7 @@ pub(super) fn to_hunt_lab(rgb: Colour) -> Colour {
     let [x, y, z] = transformed(&RGB_TO_XYZ, rgb);
     let [x, y, z] = [x / ILLUMINANT[0], y, z / ILLUMINANT[2]].map(|value| {
         if value > DELTA * DELTA * DELTA {
-            single::powf(value, 1.0 / 3.0)
+            single::cbrt(value)
         } else {
             value / (3.0 * DELTA * DELTA) + 4.0 / 29.0
         }

@@ -7,7 +7,7 @@ use super::colour::{Colour, from_opponent, hyab, to_hunt_lab, to_opponent};
 use super::display::{Display, shown};
 use super::filters::{Filters, along, strided};
 use super::images::Images;
-use crate::numeric::math::single;
+use crate::numeric::math;
 
 /// Texels a side: small enough for a cache, large beside the kernels' reach.
 pub(super) const TILE: usize = 128;
@@ -58,7 +58,7 @@ impl FlipTile {
         Self {
             reach,
             padded,
-            largest: single::powf(hyab(green, blue), COLOUR_EXPONENT),
+            largest: power(hyab(green, blue), COLOUR_EXPONENT),
             sides: [side(), side()],
             scratch: std::array::from_fn(|_| buffer(TILE)),
             error: buffer(TILE * TILE),
@@ -93,22 +93,24 @@ impl FlipTile {
         }
         let [reference, test] = &self.sides;
         for (i, error) in self.error.iter_mut().enumerate() {
-            let [one, other] = [reference, test].map(|side| {
-                let seen: Colour = std::array::from_fn(|c| side.seen[c][i]);
-                to_hunt_lab(from_opponent(seen).map(|value| value.clamp(0.0, 1.0)))
-            });
-            let colour = remapped(
-                single::powf(hyab(one, other), COLOUR_EXPONENT),
-                self.largest,
-            );
+            let seen = [reference, test]
+                .map(|side| -> Colour { std::array::from_fn(|c| side.seen[c][i]) });
+            let colour = if seen[0] == seen[1] {
+                0.0
+            } else {
+                let [one, other] = seen.map(|seen| {
+                    to_hunt_lab(from_opponent(seen).map(|value| value.clamp(0.0, 1.0)))
+                });
+                remapped(power(hyab(one, other), COLOUR_EXPONENT), self.largest)
+            };
             let feature = (0..2)
                 .map(|kind| (reference.features[kind][i] - test.features[kind][i]).abs())
                 .fold(0.0, f32::max);
             let feature = (std::f32::consts::FRAC_1_SQRT_2 * feature).sqrt();
-            *error = if colour == 0.0 && feature < 1.0 {
-                0.0
+            *error = if feature == 0.0 || (colour == 0.0 && feature < 1.0) {
+                colour
             } else {
-                single::powf(colour, 1.0 - feature)
+                power(colour, 1.0 - feature)
             };
         }
     }
@@ -191,6 +193,17 @@ impl TileSide {
             }
         }
     }
+}
+
+/// xʸ for x ≥ 0, to a rounding of f32. It takes half the time of `powf`, which took a quarter of that of a
+/// study's report.
+#[inline]
+fn power(x: f32, y: f32) -> f32 {
+    if y == 0.0 {
+        return 1.0;
+    }
+    // The logarithm of zero is −∞, and 2 to that is zero.
+    math::exp2(f64::from(y) * math::log2(f64::from(x))) as f32
 }
 
 /// Colour differences on the scale 0..=1, small ones stretched (Andersson et al. 2020, section 4.1.3).
