@@ -12,7 +12,9 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import heapq
 import importlib.util
+import itertools
 import json
 import math
 import os
@@ -31,6 +33,7 @@ from types import TracebackType
 from typing import Any
 
 try:
+    import dask.config
     import distributed
     from distributed.core import Status
 except ImportError as _missing:
@@ -63,6 +66,9 @@ _PATIENCE = 30.0
 #: so no more wait there.
 _AHEAD = 2
 
+#: Priority of scenes and files: larger than that of any task.
+_FIRST = 1 << 40
+
 #: How much more than is missing to an error its last round has, as the schedule of rounds takes it.
 _CAUTION = 1.2
 
@@ -76,7 +82,7 @@ class Progress:
     #: What ``done`` is expected to come to; of a run to an error, by the end of its round or pass.
     expected: int
     #: ``photons``, ``paths`` (of photon maps, those of photons and of cameras together), ``rays`` of beams, as forecast,
-    #: or ``runs`` of a study.
+    #: or ``runs`` of a study, where a part of an attribution counts as one.
     unit: str
     #: The relative error of the rounds that are done; None while unknown.
     relative_error: float | None
@@ -92,6 +98,23 @@ class _Stopped(Exception):
 
 
 @dataclass(frozen=True)
+class _Files:
+    """Files that many tasks need."""
+
+    name: str
+    paths: tuple[Path, ...]
+
+    def read(self) -> dict[str, bytes]:
+        """What there is of them: a task makes what is missing."""
+        found = {}
+        for path in self.paths:
+            # Another call with the same folder may be done with them.
+            with contextlib.suppress(FileNotFoundError):
+                found[path.name] = path.read_bytes()
+        return found
+
+
+@dataclass(frozen=True)
 class _Task:
     #: Its own among those of a call, which makes it the key that Dask knows it by.
     name: str
@@ -101,6 +124,10 @@ class _Task:
     arguments: tuple[Any, ...]
     #: Larger ones begin first.
     priority: int = 0
+    #: Further arguments, each files by their names. They are read as the task is sent.
+    files: tuple[_Files, ...] = ()
+    #: Names of tasks that come before it.
+    needs: tuple[str, ...] = ()
 
 
 def render(
@@ -209,9 +236,10 @@ def validate(
 ) -> Report | None:
     """Makes the runs of a study on the workers of a Dask cluster, and its report here.
 
-    It does what :func:`nephroid.validate` does, with the same figures. Each run is a task; a truth and the attributions
-    that need its film are one, and begin first. Films go into ``folder`` as they come, and are not made again. Workers need
-    nephroid, and no files. Seconds of runs on several machines have no order; counters do.
+    It does what :func:`nephroid.validate` does, with the same figures. Each run is a task, and so is each truth. An
+    attribution is a task for its first run, and then one for every four others. They get the truth's film from here, and
+    go before runs that wait. Files go into ``folder`` as they come, and are not made again. Workers need nephroid, and no
+    files. Seconds of runs on several machines have no order; counters do.
 
     ``client`` and ``progress`` are as in :func:`render`. A study with a ``time`` is refused.
     """
@@ -222,6 +250,9 @@ def validate(
         expected = sum(len(units) for *_, units in poses)
         done = sum(is_kept for *_, units in poses for *_, is_kept in units)
 
+        def name(key: str) -> str:
+            return f"nephroid-run-{key[:32]}"
+
         def tell(_: StudyProgress | None = None) -> bool:
             now = Progress(done, expected, "runs", None, time.monotonic() - start)
             return progress is None or progress(now) is not False
@@ -230,13 +261,18 @@ def validate(
         # The same run may be asked for twice, and a pose may be.
         folders: dict[str, list[Path]] = {}
         for _, runs, scene, units in poses:
-            for number, (key, _, is_truth, is_kept) in enumerate(units):
+            of = {}
+            for number, (key, needs, files, urgency, is_kept) in enumerate(units):
+                of[key] = _Files(f"nephroid-files-{key[:32]}", tuple(Path(runs, file) for file in files))
                 if not is_kept:
-                    # Truths take longest, and the last runs of a sweep.
-                    priority = number + expected * is_truth
-                    name = f"nephroid-run-{key[:32]}"
-                    todo[name] = _Task(name, _unit, scene, (key, {**given, "study": text}), priority)
-                    folders.setdefault(name, []).append(Path(runs))
+                    # Of a sweep, the last runs take longest.
+                    priority = number + expected * urgency
+                    arguments = (key, {**given, "study": text})
+                    # Units come after what they need: that is among the tasks, or kept.
+                    before = tuple(one for one in map(name, needs) if one in todo)
+                    needed = tuple(of[one] for one in needs)
+                    todo[name(key)] = _Task(name(key), _unit, scene, arguments, priority, needed, before)
+                    folders.setdefault(name(key), []).append(Path(runs))
         try:
             with _Call(client, tell) as call:
                 for task, files in call.results(todo.values()):
@@ -252,17 +288,20 @@ def validate(
 class _Call:
     """What one call has on a cluster: scenes and tasks. Whatever ends the call, nothing of it stays there.
 
-    Each worker has a scene of its own, and tasks go where theirs is: else Dask would send all to the worker that has the
-    scene, and others would take few from a worker with many threads."""
+    Each worker has scenes and files of its own, and tasks go where theirs are: else Dask would send all to the worker that
+    has the scene, and others would take few from a worker with many threads."""
 
     def __init__(self, client: Any, tell: Callable[[], bool]) -> None:
         self._client = client
         self._tell = tell
         # Another call may have the same tasks: neither gets the other's errors, or ends what the other waits for.
         self._suffix = uuid.uuid4().hex[:8]
-        #: Of each scene, by its hash: the one that was sent, and its copies on workers.
+        #: Of each scene, and of files that tasks need, by name: what was sent, and its copies on workers.
         self._sent: dict[str, Any] = {}
         self._copies: dict[tuple[str, str], Any] = {}
+        self._numbers = itertools.count()
+        #: Of files, by name: how many tasks that are not done need them.
+        self._needed: Counter[str] = Counter()
         #: By task, the worker that it was meant for.
         self._places: dict[str, str] = {}
         self._futures: dict[str, Any] = {}
@@ -283,11 +322,15 @@ class _Call:
             self._client.cancel(left)
 
     def results(self, tasks: Iterable[_Task], later: Iterable[_Task] = ()) -> Iterator[tuple[_Task, Any]]:
-        """Results of tasks as they come. Workers without a task begin those that may be wanted ``later``: by the next call,
-        which ends what it does not want of them."""
+        """Results of tasks as they come. A task that needs others is sent once their results are dealt with. Workers without
+        a task begin those that may be wanted ``later``: by the next call, which ends what it does not want of them."""
         asked = {self._key(task): task for task in sorted(tasks, key=lambda task: -task.priority)}
         self._drop([key for key in self._futures if key not in asked])
-        waiting = deque(task for key, task in asked.items() if key not in self._futures)
+        for task in asked.values():
+            self._needed.update(files.name for files in task.files)
+        waiting = deque(task for key, task in asked.items() if key not in self._futures and not task.needs)
+        held = [task for key, task in asked.items() if key not in self._futures and task.needs]
+        done: set[str] = set()
         later = deque(later)
         if waiting:
             self._client = _checked(self._client)
@@ -330,7 +373,15 @@ class _Call:
             # If its worker is lost by now, it is made again meanwhile. One that failed is cancelled with the others.
             result = self._futures[key].result()
             del self._futures[key]
-            yield under_way.pop(key), result
+            task = under_way.pop(key)
+            yield task, result
+            done.add(task.name)
+            self._spare(task)
+            ready = [one for one in held if done.issuperset(one.needs)]
+            held = [one for one in held if not done.issuperset(one.needs)]
+            # Both are in order; what was sent again stays in front of what waits.
+            waiting = deque(heapq.merge(ready, waiting, key=lambda task: -task.priority))
+        assert not held, "a task needs one that is not among them"
 
     def _drop(self, keys: Sequence[str]) -> None:
         """Ends tasks that nobody wants any more."""
@@ -385,6 +436,7 @@ class _Call:
             _nephroid.source_hash,
             self._scene(task.scene, worker),
             *task.arguments,
+            *(self._files(files, worker) for files in task.files),
             key=key,
             priority=-1 if is_later else task.priority,
             **_there(worker),
@@ -393,16 +445,34 @@ class _Call:
         return self._futures[key]
 
     def _scene(self, scene: Scene, worker: str) -> Any:
-        """A scene on a worker: sent once from here, and from there to others."""
         hashed = scene.content_hash
-        key = f"nephroid-scene-{hashed[:32]}-{self._suffix}"
-        if hashed not in self._sent:
-            arguments = (_nephroid.source_hash, hashed, scene._packed())
-            self._sent[hashed] = self._client.submit(_load, *arguments, key=key)
-        if (hashed, worker) not in self._copies:
-            copy = f"{key}-{len(self._copies)}"
-            self._copies[hashed, worker] = self._client.submit(_copy, self._sent[hashed], key=copy, **_there(worker))
-        return self._copies[hashed, worker]
+        name = f"nephroid-scene-{hashed[:32]}"
+        return self._on(worker, name, _load, lambda: (_nephroid.source_hash, hashed, scene._packed()))
+
+    def _files(self, files: _Files, worker: str) -> Any:
+        return self._on(worker, files.name, _copy, lambda: (files.read(),))
+
+    def _on(self, worker: str, name: str, function: Callable[..., Any], arguments: Callable[[], tuple[Any, ...]]) -> Any:
+        """A value on a worker: sent once from here, and from there to others."""
+        key = f"{name}-{self._suffix}"
+        # Else they would wait behind tasks that do not need them.
+        there: dict[str, Any] = {"priority": _FIRST, **_there(worker)}
+        if name not in self._sent:
+            # It may be large, and Dask warns of what is.
+            with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"}):
+                self._sent[name] = self._client.submit(function, *arguments(), key=key, **there)
+        if (name, worker) not in self._copies:
+            copy = f"{key}-{next(self._numbers)}"
+            self._copies[name, worker] = self._client.submit(_copy, self._sent[name], key=copy, **there)
+        return self._copies[name, worker]
+
+    def _spare(self, task: _Task) -> None:
+        """Ends what no task needs any more of the files that a task which is done has had: they may be large."""
+        for files in task.files:
+            self._needed[files.name] -= 1
+            if not self._needed[files.name] and files.name in self._sent:
+                copies = [place for place in self._copies if place[0] == files.name]
+                self._client.cancel([self._sent.pop(files.name), *map(self._copies.pop, copies)])
 
 
 def _there(worker: str) -> dict[str, Any]:
@@ -522,8 +592,8 @@ def _load(source: str, content_hash: str, packed: tuple[Any, ...]) -> Scene:
     return scene
 
 
-def _copy(scene: Scene) -> Scene:
-    return scene
+def _copy(value: Any) -> Any:
+    return value
 
 
 _CLOSING = (Status.closing, Status.closed, Status.failed)
@@ -587,10 +657,27 @@ def _part(source: str, scene: Scene, step: str, index: int, count: int, asked: A
     return part
 
 
-def _unit(source: str, scene: Scene, key: str, asked: Any) -> dict[str, bytes]:
-    """The files of a run of a study, or of a truth and what needs its film."""
+def _unit(source: str, scene: Scene, key: str, asked: Any, *needed: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The files of a unit of a study, made from those of others that it needs."""
     _check(source)
     local = distributed.get_worker().local_directory
-    with tempfile.TemporaryDirectory(prefix="nephroid-", dir=local) as folder:
+    with _folder(local, *needed) as (folder, made):
         _work(lambda given, told: _nephroid.unit(scene, key, folder, given, told), asked)
-        return {path.name: path.read_bytes() for path in Path(folder, "runs").iterdir()}
+        return made()
+
+
+@contextlib.contextmanager
+def _folder(local: str | None, *needed: Mapping[str, bytes]) -> Iterator[tuple[str, Callable[[], dict[str, bytes]]]]:
+    """A folder for a study with some files, and what is there that they are not."""
+    with tempfile.TemporaryDirectory(prefix="nephroid-", dir=local) as folder:
+        runs = Path(folder, "runs")
+        runs.mkdir()
+        given = {name: contents for files in needed for name, contents in files.items()}
+        for name, contents in given.items():
+            (runs / name).write_bytes(contents)
+
+        def new() -> dict[str, bytes]:
+            found = {path.name: path.read_bytes() for path in runs.iterdir()}
+            return {name: contents for name, contents in found.items() if given.get(name) != contents}
+
+        yield folder, new

@@ -242,8 +242,9 @@ fn study_file(
     })
 }
 
-/// A unit of a study as Python knows it: key, name, whether it is a truth, and whether it is kept.
-type UnitRow = (String, String, bool, bool);
+/// A unit of a study as Python knows it: key, keys of those that it needs, files, urgency, and whether it is
+/// kept.
+type UnitRow = (String, Vec<String>, Vec<String>, usize, bool);
 
 /// A study without poses, or one of a pose: the pose's number, the folder of films, the scene, and the units.
 type PoseRow = (Option<usize>, PathBuf, Py<Scene>, Vec<UnitRow>);
@@ -326,7 +327,7 @@ fn rows(
     folder: &Path,
 ) -> Result<Vec<UnitRow>, StudyError> {
     let units = validation::units(scene, file, folder)?.into_iter();
-    let rows = units.map(|one| (one.key, one.name, one.is_truth, one.is_kept));
+    let rows = units.map(|one| (one.key, one.needs, one.files, one.urgency, one.is_kept));
     Ok(rows.collect())
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import math
 import os
 import pathlib
 import re
@@ -645,24 +646,68 @@ STUDY = {
 }
 
 
-def test_a_study_has_the_report_of_a_study_in_one_piece(client, tmp_path):
+def test_a_study_has_the_report_of_a_study_in_one_piece(client, tmp_path, monkeypatch):
     scene = ne.load_file(GLASS, size=16)
     mine = ne.render(scene, photons=512).value
     study = {"scene": scene, **STUDY}
     asked = {"candidates": {"mine": mine}, "max_error": {"mine": 0.9}}
     whole = ne.validate(study, tmp_path / "whole", **asked)
-    seen = []
+    seen, kept = [], []
+    keep = ne.dask._keep
+
+    def keeps(folder, files):
+        kept.extend(files)
+        keep(folder, files)
+
+    monkeypatch.setattr(ne.dask, "_keep", keeps)
     stopped = ne.dask.validate(study, tmp_path / "parts", client=client, progress=lambda now: now.done < 2, **asked)
     assert stopped is None
     parts = ne.dask.validate(study, tmp_path / "parts", client=client, progress=seen.append, **asked)
     assert (tmp_path / "parts/report.json").read_bytes() == (tmp_path / "whole/report.json").read_bytes()
     assert parts.report["sensors"][0]["stages"] and len(parts.rows) == len(whole.rows) == 5
-    assert seen[0].done >= 2 and seen[-1].done == seen[-1].expected == 5 and seen[-1].unit == "runs"
+    # The truth and four runs; of the attribution's runs the first, and the others four by four.
+    others = whole.report["sensors"][0]["stages"][0]["runs"] - 1
+    assert others > 8
+    assert seen[0].done >= 2 and seen[-1].done == seen[-1].expected == 6 + math.ceil(others / 4) and seen[-1].unit == "runs"
+    # Nothing is made twice, as a task would do that lacks what it needs.
+    assert len(set(kept)) == len(kept) and sum("-stages-" in name for name in kept) == 1 + math.ceil(others / 4)
     # All is there: no worker is asked.
     made = {path.name for path in (tmp_path / "parts/runs").iterdir()}
     assert made == {path.name for path in (tmp_path / "whole/runs").iterdir()}
     again = ne.dask.validate(study, tmp_path / "parts", client="nobody", **asked)
     assert again.report == whole.report
+
+
+def _sleeps(source, scene, seconds, *files):
+    time.sleep(seconds)
+    return [sum(map(len, one.values())) for one in files]
+
+
+@pytest.mark.filterwarnings("error:Sending large graph")
+def test_files_do_not_wait_behind_tasks_that_do_not_need_them_and_do_not_stay(tmp_path):
+    """With 20 workers and more, Dask may give a task to any of them."""
+    scene = ne.load_file(GLASS, size=8)
+    path = tmp_path / "film"
+    path.write_bytes(bytes(20 << 20))
+    files = ne.dask._Files("nephroid-files-film", (path, tmp_path / "missing"))
+    truth = ne.dask._Task("truth", _sleeps, scene, (0.5,), 1001)
+    first = ne.dask._Task("first", _sleeps, scene, (0.1,), 1000, (files,), ("truth",))
+    runs = [ne.dask._Task(f"run-{i}", _sleeps, scene, (0.2,), i) for i in range(300)]
+    order, left = [], None
+    with (
+        distributed.LocalCluster(n_workers=24, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+        ne.dask._Call(client, lambda: True) as call,
+    ):
+        for task, result in call.results([first, truth, *runs]):
+            order.append(task.name)
+            if task.name == "first":
+                assert result == [20 << 20]
+            if order[-2:-1] == ["first"]:
+                left = [name for name in [*call._sent, *(name for name, _ in call._copies)] if name == files.name]
+    assert len(order) == 302 and left == []
+    # A run is under way on each worker, and one waits there.
+    assert order.index("truth") < order.index("first") < 302 - 2 * 24
 
 
 def test_a_killed_worker_loses_no_run_of_a_study(mortal, tmp_path):

@@ -156,18 +156,23 @@ def test_rounds_that_overlap_two_at_a_time():
 
 
 def test_studies_take_their_critical_path_on_enough_workers():
-    study = simulation.Study(runs=[1.0, 2.0, 3.0], truth=4.0, attributions=[5.0, 6.0], keep=0.0, report=1.0)
-    together = simulation.StudyPlan()
-    apart = simulation.StudyPlan(is_split=True)
-    assert simulation.simulate_study(study, FREE, together, 1).seconds == 22.0
-    assert simulation.simulate_study(study, FREE, apart, 1).seconds == 22.0
-    assert simulation.simulate_study(study, FREE, together, 9).seconds == 4.0 + 11.0 + 1.0
-    assert simulation.simulate_study(study, FREE, apart, 9).seconds == 4.0 + 6.0 + 1.0
-    assert simulation.simulate_study(study, FREE, replace(apart, truths=4), 9).seconds == 1.0 + 6.0 + 1.0
-    assert simulation.simulate_study(study, FREE, replace(apart, attributions=2), 9).seconds == 4.0 + 3.0 + 1.0
+    attributions = [[2.0, 1.5, 1.5], [3.0, 1.0, 2.0]]
+    study = simulation.Study(runs=[1.0, 2.0, 3.0], truth=4.0, attributions=attributions, keep=0.0, report=1.0)
+    parts = simulation.StudyPlan()
+    one, together = replace(parts, attributions="one"), replace(parts, attributions="truth")
+
+    def seconds(plan, workers):
+        return simulation.simulate_study(study, FREE, plan, workers).seconds
+
+    assert seconds(together, 1) == seconds(one, 1) == seconds(parts, 1) == 22.0
+    assert seconds(together, 9) == 4.0 + 11.0 + 1.0
+    assert seconds(one, 9) == 4.0 + 6.0 + 1.0
+    # The longest first run, and the longest of its parts.
+    assert seconds(parts, 9) == 4.0 + 3.0 + 2.0 + 1.0
+    assert seconds(replace(one, truths=4), 9) == 1.0 + 6.0 + 1.0
+    assert seconds(replace(parts, cores=4), 9) == 4.0 + 3.0 + 2.0 + 0.25
     # Runs that are judged wait for the truth, and have a third of the report each.
-    judged = replace(apart, attributions=4, is_judged=True)
-    assert simulation.simulate_study(study, FREE, judged, 20).seconds == pytest.approx(4.0 + 3.0 + 1.0 / 3.0)
+    assert seconds(replace(parts, is_judged=True), 20) == pytest.approx(4.0 + 3.0 + 2.0)
 
 
 def test_the_same_times_give_the_same_figures():

@@ -329,8 +329,8 @@ class Study:
     #: Each run but the truth, in the order of the study.
     runs: Sequence[float]
     truth: float
-    #: The attributions that need the truth's film.
-    attributions: Sequence[float]
+    #: Of each attribution, which needs the truth's film: its first run, and then its parts, which need that, too.
+    attributions: Sequence[Sequence[float]]
     #: Writing the files of a run, and the report of all.
     keep: float
     report: float
@@ -338,7 +338,8 @@ class Study:
     def longer(self, times: float) -> Study:
         """The same with more work in each run; the client's part stays."""
         runs = [times * one for one in self.runs]
-        return replace(self, runs=runs, truth=times * self.truth, attributions=[times * one for one in self.attributions])
+        attributions = [[times * part for part in parts] for parts in self.attributions]
+        return replace(self, runs=runs, truth=times * self.truth, attributions=attributions)
 
 
 @dataclass(frozen=True)
@@ -346,43 +347,58 @@ class StudyPlan:
     """How a study is made of tasks. The default is what nephroid.dask does."""
 
     ahead: int = 2
-    #: True if each attribution is a task that begins when the truth's film is there.
-    is_split: bool = False
     #: True if the longest begin first, as if times were known.
     is_sorted: bool = False
-    #: Tasks that an attribution is cut into: it is many runs.
-    attributions: int = 1
+    #: How attributions are made: in "parts"; each in "one" task, once the truth's film is there; or with the "truth".
+    attributions: str = "parts"
     #: True if each run's task compares it with the truth's film, which it waits for, instead of the client's report.
     is_judged: bool = False
-    #: Tasks that a truth is cut into, with its attributions if these are not apart.
+    #: Cores that share the client's report evenly.
+    cores: int = 1
+    #: Tasks that a truth is cut into.
     truths: int = 1
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A task, and those that it makes ready."""
+
+    seconds: float
+    then: Sequence[_Job] = ()
 
 
 def simulate_study(study: Study, network: Network, plan: StudyPlan, workers: int) -> Outcome:
     """A study to its report."""
     cluster = network.cluster(workers, plan.ahead)
-    truth = study.truth + sum(study.attributions) * (not plan.is_split)
+    truth, later = study.truth, []
+    for first, *parts in study.attributions:
+        if plan.attributions == "parts":
+            later.append(_Job(first, [_Job(part) for part in parts]))
+        elif plan.attributions == "one":
+            later.append(_Job(first + sum(parts)))
+        else:
+            truth += first + sum(parts)
     # Truths first, then the last of a sweep.
-    runs = list(reversed(sorted(study.runs) if plan.is_sorted else study.runs))
-    later: list[float] = []
-    if plan.is_split:
-        later += [one / plan.attributions for one in study.attributions for _ in range(plan.attributions)]
+    runs = [_Job(one) for one in reversed(sorted(study.runs) if plan.is_sorted else study.runs)]
     if plan.is_judged:
-        later += [one + study.report / len(runs) for one in runs]
+        later += [_Job(one.seconds + study.report / len(runs)) for one in runs]
         runs = []
-    todo = deque([truth / plan.truths] * plan.truths + runs)
-    truths = plan.truths
-    while todo or cluster.under_way:
-        while todo and cluster.give(todo[0]) is not None:
-            todo.popleft()
-        if cluster.wait() < plan.truths:
-            truths -= 1
-            if not truths:
-                todo.extendleft(reversed(later))
+    truths = [_Job(truth / plan.truths) for _ in range(plan.truths)]
+    todo, left = deque([*truths, *runs]), len(truths)
+    under_way: dict[int, _Job] = {}
+    while todo or under_way:
+        while todo and (number := cluster.give(todo[0].seconds)) is not None:
+            under_way[number] = todo.popleft()
+        number = cluster.wait()
+        ready = under_way.pop(number).then
+        if number < plan.truths:
+            left -= 1
+            ready = later if not left else ()
+        todo.extendleft(reversed(ready))
         cluster.now += study.keep
     if not plan.is_judged:
-        cluster.now += study.report
-    alone = study.truth + sum(study.attributions) + sum(study.runs) + study.report
+        cluster.now += study.report / plan.cores
+    alone = study.truth + sum(map(sum, study.attributions)) + sum(study.runs) + study.report
     return Outcome(workers, cluster.now, alone, cluster.busy)
 
 
@@ -425,11 +441,14 @@ def limit_of_study(study: Study, network: Network, plan: StudyPlan, workers: int
     def other(study: Study = study, network: Network = network, plan: StudyPlan = plan) -> Callable[[], Outcome]:
         return lambda: simulate_study(study, network, plan, workers)
 
+    # The same work, in a part for each worker that does not wait for the first run.
+    even = [[0.0, *[sum(parts) / workers] * workers] for parts in study.attributions]
     others = {
         "start-up": other(network=replace(network, start=0.0)),
         "submitting": other(network=replace(network, submit=0.0, look=0.0, pair=0.0, latency=0.0)),
         "files and the report": other(replace(study, keep=0.0, report=0.0)),
-        "the truth's task": other(plan=replace(plan, truths=workers)),
+        "the truth": other(plan=replace(plan, truths=workers)),
+        "parts of attributions": other(replace(study, attributions=even)),
     }
     return limit(simulate_study(study, network, plan, workers), others)
 
@@ -470,10 +489,11 @@ STUDY_PLANS = {
     "as it is": StudyPlan(),
     "no task waits at a worker": StudyPlan(ahead=1),
     "the longest first": StudyPlan(is_sorted=True),
-    "attributions apart": StudyPlan(is_split=True),
-    "attributions of 32 tasks": StudyPlan(is_split=True, attributions=32),
+    "attributions in the truth's task": StudyPlan(attributions="truth"),
+    "an attribution in one task": StudyPlan(attributions="one"),
+    "a client of 4 cores": StudyPlan(cores=4),
+    "a client of 16 cores": StudyPlan(cores=16),
     "rows judged by workers": StudyPlan(is_judged=True),
-    "both of these": StudyPlan(is_split=True, attributions=32, is_judged=True),
 }
 
 
@@ -509,7 +529,8 @@ def tables(times: dict[str, Any]) -> str:
     for title, goal in (("0.01 %", 1e-4), ("1 %", 1e-2)):
         work = simulate_film(film, network, Plan(), goal, 1).alone
         blocks.append([f"A film of {SIDE}² to {title}, {duration(work)} of one core, as it is cut:"])
-        found = [(simulate_film(film, network, Plan(), goal, w), limit_of_film(film, network, Plan(), goal, w)) for w in WORKERS]
+        plan = Plan()
+        found = [(simulate_film(film, network, plan, goal, w), limit_of_film(film, network, plan, goal, w)) for w in WORKERS]
         blocks.append(_limits(found))
         blocks.append([f"The same film to {title}, cut in other ways:"])
         names = film_plans(1)
@@ -520,10 +541,9 @@ def tables(times: dict[str, Any]) -> str:
         work = simulate_study(longer, network, StudyPlan(), 1).alone
         what = "as measured" if times_longer == 1 else f"each run as if {LONGER} times as long"
         blocks.append([f"A study of {len(study.runs)} runs and a truth, {what}, {duration(work)} of one core:"])
-        plan = StudyPlan()
-        blocks.append(
-            _limits((simulate_study(longer, network, plan, w), limit_of_study(longer, network, plan, w)) for w in WORKERS)
-        )
+        study_plan = StudyPlan()
+        limits = {w: limit_of_study(longer, network, study_plan, w) for w in WORKERS}
+        blocks.append(_limits((simulate_study(longer, network, study_plan, w), limits[w]) for w in WORKERS))
         blocks.append(["The same study, in other ways:"])
         plans = STUDY_PLANS.items()
         rows = {n: [simulate_study(longer, network, p, w) for w in WORKERS] for n, p in plans}
@@ -580,23 +600,18 @@ def _measured_film() -> tuple[dict[str, Any], dict[str, Any]]:
     scene = ne.load_file(GLASS, size=SIDE)
     # A round in which each replicate has the photons of a task.
     run = asked(photons=32 * TASK)
-    gathering = _nephroid.Gathering(scene, run)
-    wanted, *_ = gathering.next()
-    setups = [_timed(_nephroid.part, scene, (0, 32, 1, 0), 1, 32, run, _goes_on)[0] for _ in range(3)]
-    made = [_timed(_nephroid.part, scene, wanted, i, 32, run, _goes_on) for i in range(1, 6)]
-    first = []
-    for _ in range(3):
-        gathering = _nephroid.Gathering(scene, run)
-        gathering.next()
-        first.append(_timed(gathering.add, made[0][1], 1, 32)[0])
-    added = [_timed(gathering.add, part, i, 32)[0] for i, (_, part) in enumerate(made[1:], 2)]
-    # Direct light, after a photon for each replicate.
+    _, step = _begun(scene, run)
+    made = [_timed(_nephroid.part, scene, step, i, 32, run, _goes_on) for i in range(1, 6)]
+    first = [_timed(_begun(scene, run)[0].add, made[0][1], 1, 32)[0] for _ in range(3)]
+    gathering, _ = _begun(scene, run)
+    added = [_timed(gathering.add, part, i, 32)[0] for i, (_, part) in enumerate(made, 1)][1:]
+    # A photon for each replicate: setting a task up, and direct light.
     run = asked(photons=32)
-    gathering = _nephroid.Gathering(scene, run)
-    found: Any = gathering.next()
-    part: Any = _nephroid.part(scene, found[0], 1, 1, run, _goes_on)
+    gathering, step = _begun(scene, run)
+    setups = [_timed(_nephroid.part, scene, step, 1, 32, run, _goes_on)[0] for _ in range(3)]
+    part: Any = _nephroid.part(scene, step, 1, 1, run, _goes_on)
     gathering.add(part, 1, 1)
-    finish, _ = _timed(gathering.next)
+    finish, _ = _timed(gathering.next, _goes_on)
     large, judged = _errors(scene, asked(error=1e-9), 1 << 22)
     small, _ = _errors(ne.load_file(GLASS, size=SMALL_SIDE), asked(error=1e-9), 1 << 24)
     setup, each = statistics.median(setups), statistics.fmean(seconds for seconds, _ in made)
@@ -630,15 +645,24 @@ def _errors(scene: Any, run: Any, most: int) -> tuple[list[tuple[int, float]], l
     gathering = _nephroid.Gathering(scene, run)
     done, errors, judged = 0, [], []
     while True:
-        seconds, (wanted, *_) = _timed(gathering.next)
+        seconds, (step, _, work, *_) = _timed(gathering.next, _goes_on)
         judged.append(seconds)
         if gathering.relative_error is not None:
             errors.append((done, gathering.relative_error))
         if done >= most:
             return errors, judged
-        part: Any = _nephroid.part(scene, wanted, 1, 1, run, _goes_on)
+        part: Any = _nephroid.part(scene, step, 1, 1, run, _goes_on)
         gathering.add(part, 1, 1)
-        done += wanted[1] * wanted[2]
+        done += work
+
+
+def _begun(scene: Any, run: Any) -> tuple[Any, str]:
+    """A run before its first round, and that round."""
+    from nephroid import _nephroid
+
+    gathering = _nephroid.Gathering(scene, run)
+    found: Any = gathering.next(_goes_on)
+    return gathering, found[0]
 
 
 def _nothing(*_: object) -> None:
@@ -682,8 +706,8 @@ def _measured_network() -> tuple[dict[str, float], float, dict[str, Any]]:
         "latency": statistics.median(trips) / 2,
     }
     ways = {
-        "network": f"a Dask scheduler and a worker on this machine: {count} tasks submitted, 50 there and back; wall time of these "
-        "and of a worker's start, with the import of nephroid",
+        "network": f"a Dask scheduler and a worker on this machine: {count} tasks submitted, 50 there and back; wall time of "
+        "these and of a worker's start, with the import of nephroid",
         "look": "choosing one of 10,000 workers, which have 300 tasks",
         "pair": "the same, with the tasks counted again for each worker, as they were before this was measured",
     }
@@ -723,8 +747,7 @@ def _measured_study() -> tuple[dict[str, Any], dict[str, Any]]:
     from nephroid._study import _asked
 
     scene = ne.load_file(GLASS, size=128)
-    alone, _ = _timed(lambda: ne.render(scene, error="0.1%", method="beams", threads=1))
-    runs, keep = [], []
+    runs, keep, attributions = [], [], []
     truth = 0.0
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -732,28 +755,34 @@ def _measured_study() -> tuple[dict[str, Any], dict[str, Any]]:
     ):
         subject, place, given = asked
         text, [(_, kept, scene, units)] = _nephroid.units(subject, os.fspath(place), given)
-        for key, _, is_truth, _ in units:
-            with tempfile.TemporaryDirectory() as made:
+        Path(kept).mkdir(parents=True, exist_ok=True)
+        files_of = {key: files for key, _, files, *_ in units}
+        for key, needs, _, is_early, _ in units:
+            needed = {name: Path(kept, name).read_bytes() for one in needs for name in files_of[one]}
+            with nephroid.dask._folder(None, needed) as (made, new):
                 seconds, _ = _timed(_nephroid.unit, scene, key, made, {**given, "study": text}, _goes_on)
-                files = {path.name: path.read_bytes() for path in Path(made, "runs").iterdir()}
-            if is_truth:
-                truth += seconds
-            else:
+                files = new()
+            if not is_early:
                 runs.append(seconds)
-            Path(kept).mkdir(parents=True, exist_ok=True)
+            elif not needs:
+                truth += seconds
+            elif len(needs) == 1:
+                attributions.append([seconds])
+            else:
+                attributions[-1].append(seconds)
             begin = time.monotonic()
             nephroid.dask._keep(Path(kept), files)
             keep.append(time.monotonic() - begin)
         report, _ = _timed(_nephroid.validate, subject, os.fspath(place), given, _goes_on)
     times = {
         "runs": runs,
-        "truth": alone,
-        "attributions": [max(truth - alone, 0.0)],
+        "truth": truth,
+        "attributions": attributions,
         "keep": statistics.median(keep),
         "report": report,
     }
     sizes = f"{len(runs)} runs and the truth by beams to 0.1 %, scenes/glass-ball.xml, size=128, one thread"
-    return times, {"study": f"{sizes}; the truth without its task's attributions is a run by itself"}
+    return times, {"study": f"{sizes}; attributions as their first runs and parts of four"}
 
 
 def main() -> None:

@@ -1,5 +1,7 @@
 //! The set of light paths that a method measures.
 
+use serde::{Deserialize, Serialize};
+
 use crate::transport::signature::Signature;
 
 /// The set of light paths that a method measures; a truth for it is made of the same light.
@@ -17,7 +19,7 @@ use crate::transport::signature::Signature;
 /// assert_eq!(rendering.light, Light::Path("LTTD".parse()?));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Light {
     /// All light that the sensor's quantity is made of.
     All,

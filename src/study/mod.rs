@@ -9,7 +9,7 @@
 //! |---|---|
 //! | [`mod@file`], [`plan`] | which runs? |
 //! | [`facts`], [`layers`] | what is known of a film, and what is in it? |
-//! | [`session`], [`store`] | is it there already? |
+//! | [`session`], [`stages`], [`store`] | is it there already? |
 //! | [`machine`] | on which machine was it made? |
 //! | [`truth`] | can the truth tell? |
 //! | [`limit`] | how large may an error be? |
@@ -31,6 +31,7 @@ pub mod machine;
 pub mod plan;
 pub mod report;
 pub mod session;
+pub mod stages;
 pub mod store;
 pub mod truth;
 pub mod validation;
@@ -39,5 +40,6 @@ pub use error::StudyError;
 pub use file::StudyFile;
 pub use plan::{SensorPlan, StudyPlan, StudyRun};
 pub use report::{StudyReport, Timings};
-pub use session::{Attributed, Obtained, Session};
+pub use session::{Obtained, Session};
+pub use stages::Attributed;
 pub use store::Store;

@@ -4,13 +4,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::StudyError;
-use super::attribution::{self, Attribution, AttributionError, ReducedSensor, film::truth_of_film};
 use super::facts::Product;
 use super::plan::{SensorPlan, StudyPlan, StudyRun};
-use super::store::{Store, StoredRun, Time, value_key};
-use crate::film::exr;
+use super::store::{Store, StoredRun, Time};
 use crate::mitsuba;
-use crate::run::{Budget, Context, Light};
+use crate::run::{Budget, Context};
 use crate::scene::{Scene, Sensor};
 
 /// A study under way.
@@ -28,15 +26,6 @@ pub struct Session {
 pub struct Obtained {
     /// The run.
     pub stored: StoredRun,
-    /// Whether nothing had to be computed.
-    pub was_kept: bool,
-}
-
-/// An attribution that is done, and whether it was found in the store.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Attributed {
-    /// The attribution, or the reason why there is none.
-    pub found: Result<Attribution, String>,
     /// Whether nothing had to be computed.
     pub was_kept: bool,
 }
@@ -125,79 +114,6 @@ impl Session {
     /// True if a run has been made as often as its seconds are to be repeated.
     fn is_timed(&self, stored: &StoredRun) -> bool {
         stored.time.seconds.len() >= self.plan.repeats as usize
-    }
-
-    /// The error of an approximation, stage by stage, against the film of a truth: from the store, or by
-    /// running it. `None` if it was stopped.
-    ///
-    /// # Errors
-    ///
-    /// If the approximation cannot work on the scene, or the truth's film not be read.
-    pub fn attribution(
-        &self,
-        plan: &SensorPlan,
-        run: &StudyRun,
-        truth: &StoredRun,
-        context: &Context,
-        progressing: attribution::RunProgress,
-    ) -> Result<Option<Attributed>, StudyError> {
-        let sensor = self.sensor(plan)?;
-        if let Some(found) = self.kept_attribution(plan, run)? {
-            let was_kept = true;
-            return Ok(Some(Attributed { found, was_kept }));
-        }
-        let film = exr::read(&self.store.path(&truth.exr))?;
-        let reduced = ReducedSensor::new(&self.scene, sensor, attribution::SIDE);
-        let reference = |light: Light| truth_of_film(&film, truth, &reduced, light);
-        let found = attribution::attribute(
-            &run.method,
-            &self.scene,
-            &reduced.sensor,
-            context,
-            progressing,
-            reference,
-        );
-        // Light that the truth does not have, or not by itself, is no error of the study.
-        let found = match found {
-            Ok(found) => found.map(Ok),
-            Err(cause @ (AttributionError::Dark(_) | AttributionError::Truth(_))) => {
-                Some(Err(cause.to_string()))
-            }
-            Err(cause) => {
-                return Err(StudyError::Attribution {
-                    run: format!("{} on sensor \"{}\"", run.label(), sensor.id),
-                    cause: Box::new(cause),
-                });
-            }
-        };
-        if let Some(found) = &found {
-            let [name, key] = self.attribution_place(plan, run, sensor);
-            self.store.keep_value(&name, &key, found)?;
-        }
-        let was_kept = false;
-        Ok(found.map(|found| Attributed { found, was_kept }))
-    }
-
-    /// An attribution that is in the store.
-    ///
-    /// # Errors
-    ///
-    /// If the scene does not have the sensor.
-    pub fn kept_attribution(
-        &self,
-        plan: &SensorPlan,
-        run: &StudyRun,
-    ) -> Result<Option<Result<Attribution, String>>, StudyError> {
-        let [name, key] = self.attribution_place(plan, run, self.sensor(plan)?);
-        Ok(self.store.find_value(&name, &key))
-    }
-
-    /// Name and key of an attribution.
-    fn attribution_place(&self, plan: &SensorPlan, run: &StudyRun, sensor: &Sensor) -> [String; 2] {
-        let name = format!("{}-{}-stages", sensor.id, run.label());
-        let side = attribution::SIDE.to_string();
-        let key = value_key(&self.scene, sensor, [run, &plan.truth], &side);
-        [name, key]
     }
 
     fn keep(

@@ -82,6 +82,38 @@ struct StoreRecord {
     facts: Facts,
 }
 
+/// A value that is computed from a run and its truth, and kept as JSON.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Value {
+    /// The text by which it is found again.
+    pub key: String,
+    name: String,
+}
+
+impl Value {
+    /// A value with a name, from a run, its truth, and what else is named.
+    pub fn new(
+        name: String,
+        scene: &Scene,
+        sensor: &Sensor,
+        [run, truth]: [&StudyRun; 2],
+        else_named: &str,
+    ) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        for run in [run, truth] {
+            hasher.update(key(SOURCE_HASH, scene, sensor, run).as_bytes());
+        }
+        hasher.update(else_named.as_bytes());
+        let key = hasher.finalize().to_hex().to_string();
+        Self { key, name }
+    }
+
+    /// Its file.
+    pub fn file(&self) -> String {
+        format!("{}-{}.json", file_name(&self.name), &self.key[..10])
+    }
+}
+
 /// Errors of keeping a run.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
@@ -127,6 +159,13 @@ impl Store {
     /// The text by which a run is found again.
     pub fn key(&self, scene: &Scene, sensor: &Sensor, run: &StudyRun) -> String {
         key(SOURCE_HASH, scene, sensor, run)
+    }
+
+    /// The files of a run, that of its facts last.
+    pub fn files(&self, scene: &Scene, sensor: &Sensor, run: &StudyRun) -> Vec<String> {
+        let stem = stem(sensor, run, &self.key(scene, sensor, run));
+        let ends = [".exr", ".time.json", ".json"];
+        ends.map(|end| format!("{stem}{end}")).to_vec()
     }
 
     /// A run that is whole and unchanged since it was kept; anything else does not count.
@@ -183,28 +222,34 @@ impl Store {
         })
     }
 
-    /// A value that was computed from some runs and kept as JSON under a name; `None` if it is not there, or
-    /// was computed from others.
-    pub fn find_value<T: DeserializeOwned>(&self, name: &str, key: &str) -> Option<T> {
-        let bytes = std::fs::read(self.path(&value_file(name, key))).ok()?;
+    /// A value that was kept; `None` if it is not there, or was computed from other runs.
+    pub fn value<T: DeserializeOwned>(&self, value: &Value) -> Option<T> {
+        let bytes = std::fs::read(self.path(&value.file())).ok()?;
         let record: ValueRecord<T> = serde_json::from_slice(&bytes).ok()?;
-        (record.key == key).then_some(record.value)
+        (record.key == value.key).then_some(record.value)
     }
 
-    /// Keeps a value that was computed from some runs.
+    /// True if a value is kept.
+    pub fn has(&self, value: &Value) -> bool {
+        self.value::<serde::de::IgnoredAny>(value).is_some()
+    }
+
+    /// Keeps a value.
     ///
     /// # Errors
     ///
     /// If the file cannot be written.
-    pub fn keep_value<T: Serialize>(
-        &self,
-        name: &str,
-        key: &str,
-        value: &T,
-    ) -> Result<(), StoreError> {
-        let path = self.path(&value_file(name, key));
-        let key = key.to_owned();
-        write_json(&path, &ValueRecord { key, value })
+    pub fn keep_value<T: Serialize>(&self, value: &Value, content: &T) -> Result<(), StoreError> {
+        let record = ValueRecord {
+            key: value.key.clone(),
+            value: content,
+        };
+        write_json(&self.path(&value.file()), &record)
+    }
+
+    /// Removes a value that is not needed any more. One that stays does no harm.
+    pub fn forget(&self, value: &Value) {
+        let _ = std::fs::remove_file(self.path(&value.file()));
     }
 
     /// Keeps a run's time.
@@ -235,25 +280,6 @@ fn texels_hash(image: &crate::film::Image) -> String {
 struct ValueRecord<T> {
     key: String,
     value: T,
-}
-
-fn value_file(name: &str, key: &str) -> String {
-    format!("{}-{}.json", file_name(name), &key[..10])
-}
-
-/// The text by which a value is found again that is computed from a run, its truth, and what else is named.
-pub fn value_key(
-    scene: &Scene,
-    sensor: &Sensor,
-    [run, truth]: [&StudyRun; 2],
-    else_named: &str,
-) -> String {
-    let mut hasher = blake3::Hasher::new();
-    for run in [run, truth] {
-        hasher.update(key(SOURCE_HASH, scene, sensor, run).as_bytes());
-    }
-    hasher.update(else_named.as_bytes());
-    hasher.finalize().to_hex().to_string()
 }
 
 /// The text by which a run is found again, from all that its film is made from.

@@ -4,6 +4,8 @@ use std::cmp::Ordering;
 use std::fmt;
 use std::str::FromStr;
 
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
 /// The largest number of events that a [`Signature`] can hold.
 pub const MAX_EVENTS: usize = 127;
 
@@ -187,6 +189,21 @@ impl fmt::Display for Signature {
     }
 }
 
+/// As its text.
+impl Serialize for Signature {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Signature {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        String::deserialize(from)?
+            .parse()
+            .map_err(serde::de::Error::custom)
+    }
+}
+
 /// Text that names no path.
 ///
 /// # Example: a letter that is no event
@@ -223,6 +240,16 @@ impl FromStr for Signature {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_signature_in_json_is_its_text() {
+        let path: Signature = "LRGTD".parse().unwrap();
+        let json = serde_json::to_string(&path).unwrap();
+        assert_eq!(json, "\"LRGTD\"");
+        assert_eq!(serde_json::from_str::<Signature>(&json).unwrap(), path);
+        let error = serde_json::from_str::<Signature>("\"LXD\"").unwrap_err();
+        assert!(error.to_string().contains("no path signature"), "{error}");
+    }
 
     #[test]
     fn text_and_signature_are_the_same_thing() {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::study::report::parameters;
+use crate::study::stages::Stages;
 use crate::study::validation::{open, pose_folder};
 use crate::study::{Session, StudyError, StudyFile, attribution};
 
@@ -36,7 +37,7 @@ fn runs(session: &Session) -> Result<(), StudyError> {
             say!("{state:<6} {}: {what}{}", plan.sensor, run.label());
         }
         for run in &plan.attributed {
-            let kept = session.kept_attribution(plan, run)?;
+            let kept = Stages::new(session, plan, run)?.kept();
             let state = kept.map_or("to do", |_| "kept");
             let runs = attribution::count(&run.method);
             say!(

@@ -16,24 +16,22 @@
 
 pub mod film;
 pub mod reduced;
+mod runs;
 pub mod shapley;
 pub mod truth;
 mod twins;
 pub mod wanted;
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
-use crate::film::Image;
 use crate::method::Method;
-use crate::metric::{CompareError, CompareImage, Figure, fidelity};
-use crate::radiometry::Rgb;
-use crate::run::{Budget, Context, Error, texels};
+use crate::metric::{CompareError, Figure};
+use crate::run::{Context, Error, Light};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{SettingError, Words as _};
 pub use reduced::ReducedSensor;
-use shapley::{Set, Share};
+pub use runs::{Beginning, KnownFigures, StageRuns, count, parts};
+use shapley::Share;
 pub use truth::{Truth, truth_by, truth_by_beams};
 pub use twins::TWINS;
 
@@ -177,168 +175,25 @@ pub fn attribute(
     sensor: &Sensor,
     context: &Context,
     progressing: RunProgress,
-    truth: impl FnOnce(crate::run::Light) -> Result<Truth, Error>,
+    truth: impl FnOnce(Light) -> Result<Truth, Error>,
 ) -> Result<Option<Attribution>, AttributionError> {
-    let stages = technique.stages();
-    if stages.is_empty() {
-        return Err(no_stages(technique));
-    }
-    // Stages that are exact as they are set have no error to share.
-    let causes: Vec<usize> = (0..stages.len())
-        .filter(|i| !stages[*i].is_exact())
-        .collect();
-    let sets = sets(causes.len());
-    let run = |technique: &Method, set: Set| -> Result<_, AttributionError> {
-        let mut method = technique.clone();
-        for (bit, cause) in causes.iter().enumerate() {
-            if set & (1 << bit) == 0 {
-                method = method.with_exact(stages[*cause].name)?;
-            }
-        }
-        Ok(method.run(scene, sensor, &Budget::default(), context)?)
-    };
-    let all: Set = (1 << causes.len()) - 1;
-    let whole = run(technique, all)?;
-    let layers = &whole.estimate.layers;
-    let light = layers
-        .first()
-        .map_or_else(String::new, |layer| layer.name.to_string());
-    let truth = truth(whole.light).map_err(AttributionError::Truth)?;
-    if context.progress.is_stopped() {
+    let runs = StageRuns::new(technique, scene, sensor, context)?;
+    let Some((beginning, truth)) = runs.begin(truth)? else {
         return Ok(None);
-    }
-    if !truth.modelled.iter().all(|value| value.is_finite()) {
-        return Err(AttributionError::Unknown(light));
-    }
-    if truth.modelled.iter().all(|value| value.mean() <= 0.0) {
-        return Err(AttributionError::Dark(light));
-    }
-    let size = sensor.size();
-    let image = |name: &str, values: &[Rgb]| {
-        let mut image = Image::new(size[0], size[1]);
-        let triples: Vec<[f64; 3]> = values.iter().map(|value| value.0).collect();
-        image.add_rgb("E", &triples);
-        texels::describe(&mut image, scene, sensor);
-        CompareImage::new(name, image)
     };
-    let reference = image("the truth", &truth.modelled);
-    let compared = |values: &[Rgb]| fidelity::of(&reference, &image("the approximation", values));
-    let of_whole = compared(&whole.estimate.total.values)?;
-    let twins = twins::known_to::<AttributionError>(
-        TWINS * of_whole.l2.as_ref().map_or(f64::NAN, |l2| l2.value),
-        technique,
-        |technique| Ok(run(technique, 0)?.estimate.total.values),
-        |finer, coarser| {
-            let found = fidelity::of(&image("more halvings", finer), &image("fewer", coarser))?;
-            Ok(found.l2.map_or(0.0, |l2| l2.value))
-        },
-    )?;
-    let technique = twins.technique;
-    let mut known: BTreeMap<Set, Vec<Option<f64>>> = BTreeMap::new();
-    for (done, set) in sets.iter().copied().enumerate() {
-        let other = (set != all).then(|| run(&technique, set)).transpose()?;
-        if context.progress.is_stopped() {
+    let all = runs.count();
+    let mut done = 1;
+    progressing(done, all);
+    let mut known = KnownFigures::new();
+    for number in 0..runs.parts() {
+        let part = runs.others(&beginning, &truth, number, || {
+            done += 1;
+            progressing(done, all);
+        })?;
+        let Some(part) = part else {
             return Ok(None);
-        }
-        let found = match other {
-            Some(other) => compared(&other.estimate.total.values)?,
-            None => of_whole.clone(),
         };
-        let figures = Figure::OF_LIGHT.map(|figure| Some(figure.of_light(&found)?.value));
-        known.insert(set, figures.to_vec());
-        progressing(done + 1, sets.len());
+        known.extend(part);
     }
-    let figures = Figure::OF_LIGHT.iter().enumerate();
-    let figures = figures.filter_map(|(i, figure)| {
-        let of = |set: Set| *known.get(&set)?.get(i)?;
-        figure_shares(*figure, &causes, stages.len(), of)
-    });
-    Ok(Some(Attribution {
-        approximation: technique.name().to_owned(),
-        light,
-        size,
-        runs: sets.len(),
-        figures: figures.collect(),
-        stages: stages
-            .iter()
-            .map(|stage| AttributedStage {
-                name: stage.name.to_owned(),
-                variant: stage.variant.clone(),
-                exact: stage.exact.to_owned(),
-            })
-            .collect(),
-        not_modelled: truth.not_modelled,
-        truth_error: truth.relative_error,
-        is_resolved: truth.is_resolved,
-        twin_error: twins.error,
-    }))
-}
-
-/// All sets of approximate stages that are run, each once.
-fn sets(causes: usize) -> Vec<Set> {
-    let all: Set = (1 << causes) - 1;
-    let mut sets = shapley::sets(causes);
-    for cause in 0..causes {
-        // Fixed alone, spoiled alone, and with all before it exact.
-        sets.extend([all & !(1 << cause), 1 << cause, all & !((2 << cause) - 1)]);
-    }
-    sets.sort_by_key(|set| (set.count_ones(), *set));
-    sets.dedup();
-    sets
-}
-
-/// The number of runs of an attribution.
-pub fn count(technique: &Method) -> usize {
-    let stages = technique.stages();
-    sets(stages.iter().filter(|stage| !stage.is_exact()).count()).len()
-}
-
-fn figure_shares(
-    figure: Figure,
-    causes: &[usize],
-    stages: usize,
-    of: impl Fn(Set) -> Option<f64>,
-) -> Option<FigureShares> {
-    let all: Set = (1 << causes.len()) - 1;
-    let shares = shapley::shares(causes.len(), &of)?;
-    let (whole, residual) = (of(all)?, of(0)?);
-    let mut found = Vec::new();
-    let mut exact: Set = 0;
-    for stage in 0..stages {
-        found.push(match causes.iter().position(|cause| *cause == stage) {
-            Some(bit) => {
-                exact |= 1 << bit;
-                StageShare {
-                    share: shares[bit],
-                    fixed: of(all & !(1 << bit))?,
-                    spoiled: of(1 << bit)?,
-                    cumulative: of(all & !exact)?,
-                }
-            }
-            None => StageShare {
-                share: Share {
-                    value: 0.0,
-                    standard_error: 0.0,
-                },
-                fixed: whole,
-                spoiled: residual,
-                cumulative: of(all & !exact)?,
-            },
-        });
-    }
-    Some(FigureShares {
-        figure: figure.word().to_owned(),
-        whole,
-        residual,
-        stages: found,
-    })
-}
-
-fn no_stages(method: &Method) -> AttributionError {
-    let names = Method::names().into_iter();
-    let staged = names.filter(|name| {
-        Method::new(name, &BTreeMap::new()).is_ok_and(|one| !one.stages().is_empty())
-    });
-    let staged: Vec<&str> = staged.collect();
-    AttributionError::NoStages(method.name(), staged.join(", "))
+    Ok(Some(runs.end(beginning, known)))
 }

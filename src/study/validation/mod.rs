@@ -5,7 +5,7 @@
 //! | `mod.rs` | one study, or one after the other for its poses |
 //! | `runs.rs` | the runs of one study, one after the other |
 //! | `poses.rs` | studies of poses, and the folders of studies |
-//! | `units.rs` | runs that are made by themselves, on any machine |
+//! | `units.rs` | what is made by itself, on any machine |
 //! | `candidates.rs` | images rendered elsewhere, checked and copied |
 //! | `news.rs` | what a study tells of its course |
 //! | `validated.rs` | what came of a study |

@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 
 use super::super::StudyError;
 use super::super::attribution::Attribution;
-use super::super::plan::{SensorPlan, StudyPlan, StudyRun};
+use super::super::plan::{SensorPlan, StudyRun};
 use super::super::report::{self, JudgedFilm, SensorFilms, StudyReport, Timings};
-use super::super::session::{Attributed, Obtained, Session};
+use super::super::session::{Obtained, Session};
+use super::super::stages::{Attributed, Part, Stages};
 use super::super::store::StoredRun;
 use super::candidates;
 use super::news::{Done, Left, News, Task, Watcher};
@@ -89,14 +90,14 @@ impl<'a, W: Watcher> Course<'a, W> {
         Ok((left == 0, Some((report, timings))))
     }
 
-    /// Makes one portion of a study, and no report. False if it was stopped, or its time was over.
+    /// Makes one portion of a study, with what it needs and the folder lacks, and no report. False if it was
+    /// stopped.
     ///
     /// # Errors
     ///
     /// If a run cannot be made.
     pub fn only(&mut self, session: &Session, portion: Portion) -> Result<bool, StudyError> {
-        let mut work = Work::new(session, self, portion.count());
-        Ok(work.portion(portion)? && work.left_out == 0)
+        Work::new(session, self, 1).make(portion)
     }
 
     /// Makes the runs of a study that are dealt to a shard, and no report. False if it was stopped, or its
@@ -116,8 +117,13 @@ impl<'a, W: Watcher> Course<'a, W> {
         for sensor in &plan.sensors {
             candidates::copy(session, sensor)?;
         }
-        let mut dealt = portions(plan);
-        dealt.retain(|portion| deal.is_mine(portion.run.is_none()));
+        let mut dealt = portions(session)?;
+        dealt.retain(|portion| match portion.make {
+            // It is made with the truth.
+            Make::Part(..) => false,
+            Make::Truth => deal.is_mine(true),
+            Make::Run(_) => deal.is_mine(false),
+        });
         let all = dealt.iter().map(Portion::count).sum();
         let mut work = Work::new(session, self, all);
         for portion in dealt {
@@ -125,7 +131,7 @@ impl<'a, W: Watcher> Course<'a, W> {
                 work.left_out += 1;
                 continue;
             }
-            if !work.portion(portion)? {
+            if !work.make_dealt(portion)? {
                 let done = work.done;
                 self.watcher.hear(News::Stopped(done, all));
                 return Ok(false);
@@ -139,34 +145,53 @@ impl<'a, W: Watcher> Course<'a, W> {
     }
 }
 
-/// What is made by itself, on any machine: a run; or a truth and the attributions that need its film.
+/// What is made by itself, on any machine.
 #[derive(Clone, Copy)]
 pub struct Portion<'a> {
     /// The plan of its sensor.
     pub plan: &'a SensorPlan,
-    /// The run; `None` for the truth.
-    pub run: Option<&'a StudyRun>,
+    /// What it makes.
+    pub make: Make<'a>,
+}
+
+/// What a portion makes.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Make<'a> {
+    /// The truth.
+    Truth,
+    /// A run that the truth judges.
+    Run(&'a StudyRun),
+    /// A part of the attribution of a run's error.
+    Part(&'a StudyRun, Part),
 }
 
 impl Portion<'_> {
-    /// Number of its runs.
-    pub fn count(&self) -> usize {
-        match self.run {
-            Some(_) => 1,
-            None => 1 + self.plan.attributed.len(),
+    /// Number of its runs, and of the attributions that a shard makes with a truth.
+    fn count(&self) -> usize {
+        match self.make {
+            Make::Truth => 1 + self.plan.attributed.len(),
+            Make::Run(_) | Make::Part(..) => 1,
         }
     }
 }
 
-/// All portions of a study.
-pub fn portions(plan: &StudyPlan) -> Vec<Portion<'_>> {
+/// All portions of a study. What one needs comes before it.
+///
+/// # Errors
+///
+/// If the scene does not have a sensor.
+pub fn portions(session: &Session) -> Result<Vec<Portion<'_>>, StudyError> {
     let mut all = Vec::new();
-    for plan in &plan.sensors {
-        let runs = plan.runs.iter().map(Some);
-        let of_sensor = [None].into_iter().chain(runs);
-        all.extend(of_sensor.map(|run| Portion { plan, run }));
+    for plan in &session.plan.sensors {
+        let mut makes = vec![Make::Truth];
+        for run in &plan.attributed {
+            let parts = Stages::new(session, plan, run)?.parts().into_iter();
+            makes.extend(parts.map(|part| Make::Part(run, part)));
+        }
+        makes.extend(plan.runs.iter().map(Make::Run));
+        all.extend(makes.into_iter().map(|make| Portion { plan, make }));
     }
-    all
+    Ok(all)
 }
 
 /// Deals runs to shards, one after the other. A truth and the attributions that need its film are dealt as
@@ -195,7 +220,7 @@ impl Deal {
 }
 
 /// A run of an approximation, and the error of its stages.
-type Stages<'a> = (&'a StudyRun, Result<Attribution, String>);
+type RunStages<'a> = (&'a StudyRun, Result<Attribution, String>);
 
 /// The runs of a study under way.
 struct Work<'a, 'b, 'c, W> {
@@ -233,14 +258,36 @@ impl<'a, 'b, 'c, W: Watcher> Work<'a, 'b, 'c, W> {
     }
 
     /// Makes a portion. False if it was stopped.
-    fn portion(&mut self, Portion { plan, run }: Portion<'a>) -> Result<bool, StudyError> {
-        Ok(match run {
-            Some(run) => self.obtain(plan, run, "")?.is_some(),
-            None => match self.obtain(plan, &plan.truth, "truth, ")? {
-                Some(truth) => self.all_stages(plan, &truth.stored)?.is_some(),
-                None => false,
-            },
+    fn make(&mut self, Portion { plan, make }: Portion<'a>) -> Result<bool, StudyError> {
+        match make {
+            Make::Truth => Ok(self.truth(plan)?.is_some()),
+            Make::Run(run) => Ok(self.obtain(plan, run, "")?.is_some()),
+            Make::Part(run, part) => {
+                let Some(truth) = self.truth(plan)? else {
+                    return Ok(false);
+                };
+                let context = self.course.context;
+                Stages::new(self.session, plan, run)?.make(part, &truth, context)
+            }
+        }
+    }
+
+    /// Makes a portion, and with a truth the attributions that need its film. False if it was stopped.
+    fn make_dealt(&mut self, portion: Portion<'a>) -> Result<bool, StudyError> {
+        let Portion { plan, make } = portion;
+        if make != Make::Truth {
+            return self.make(portion);
+        }
+        Ok(match self.truth(plan)? {
+            Some(truth) => self.all_stages(plan, &truth)?.is_some(),
+            None => false,
         })
+    }
+
+    /// A sensor's truth; `None` if it was stopped.
+    fn truth(&mut self, plan: &'a SensorPlan) -> Result<Option<StoredRun>, StudyError> {
+        let truth = self.obtain(plan, &plan.truth, "truth, ")?;
+        Ok(truth.map(|truth| truth.stored))
     }
 
     /// The attributions that need the film of a sensor's truth, as far as the study's time allows; `None`
@@ -249,7 +296,7 @@ impl<'a, 'b, 'c, W: Watcher> Work<'a, 'b, 'c, W> {
         &mut self,
         plan: &'a SensorPlan,
         truth: &StoredRun,
-    ) -> Result<Option<Vec<Stages<'a>>>, StudyError> {
+    ) -> Result<Option<Vec<RunStages<'a>>>, StudyError> {
         let mut all = Vec::new();
         for run in &plan.attributed {
             if self.is_time_over() {
@@ -277,12 +324,12 @@ impl<'a, 'b, 'c, W: Watcher> Work<'a, 'b, 'c, W> {
             self.left_out += plan.count();
             return Ok(Filled::TimeOver);
         }
-        let Some(truth) = self.obtain(plan, &plan.truth, "truth, ")? else {
+        let Some(truth) = self.truth(plan)? else {
             return Ok(Filled::Stopped);
         };
         let mut films = SensorFilms {
             plan,
-            truth: truth.stored,
+            truth,
             judged: Vec::new(),
             same: Vec::new(),
             stages: Vec::new(),
@@ -379,7 +426,7 @@ impl<'a, 'b, 'c, W: Watcher> Work<'a, 'b, 'c, W> {
         let (session, context) = (self.session, self.course.context);
         let watcher = &mut *self.course.watcher;
         let listen = &mut |done, all| watcher.hear(News::Counts(done, all));
-        let found = session.attribution(plan, run, truth, context, listen)?;
+        let found = Stages::new(session, plan, run)?.attribute(truth, context, listen)?;
         if self.is_stopped() {
             return Ok(None);
         }

@@ -8,5 +8,6 @@ mod poses;
 mod report;
 mod sensors;
 mod shards;
+mod units;
 mod verdicts;
 mod watched;

@@ -1,5 +1,6 @@
 //! A study as a caller of the library watches and stops it.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -29,6 +30,7 @@ impl Watcher for Listener {
             News::Done(task, Done::Kept, _) => format!("kept {}", task.number),
             News::Done(task, ..) => format!("made {}", task.number),
             News::Judges(row, rows, label) => format!("judges {row} of {rows}: {label}"),
+            News::Counts(done, all) => format!("counts {done} of {all}"),
             News::Judged(report) => format!("judged {}", report.sensors[0].rows.len()),
             News::Stopped(kept, all) => format!("stopped {kept} of {all}"),
             other => format!("{other:?}"),
@@ -140,4 +142,81 @@ fn a_scene_that_is_read_already_has_the_films_of_its_file() {
         .iter()
         .filter(|line| line.starts_with("kept"));
     assert_eq!(kept.count(), 5, "{:?}", listener.heard);
+}
+
+/// The numbers in news that begin so.
+fn counts(listener: &Listener) -> Vec<usize> {
+    let counts = listener
+        .heard
+        .iter()
+        .filter_map(|line| line.strip_prefix("counts "));
+    counts
+        .map(|line| line.split(' ').next().unwrap().parse().unwrap())
+        .collect()
+}
+
+fn names(folder: &Path) -> BTreeSet<String> {
+    let files = std::fs::read_dir(folder).unwrap();
+    files
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .collect()
+}
+
+/// An attribution is its first run and parts of four others. Two parts are there once nine runs are done.
+#[test]
+fn an_attribution_that_is_stopped_goes_on_after_its_parts_that_are_done() {
+    let folder = Folder::new();
+    folder.study(
+        "s.toml",
+        "[truth]\nmethod = \"beams\"\nerror = \"3%\"\n[[method]]\nmethod = \"caustic-map\"\nphotons = 64\nmap = 64\n",
+    );
+    let file = StudyFile::wanted(&folder.path("s.toml"), &StudyWishes::default()).unwrap();
+    let run = |to: &str, stops_at: &'static str| {
+        let mut listener = Listener {
+            stops_at,
+            ..Listener::default()
+        };
+        let context = listener.context.clone();
+        validate(&file, &folder.path(to), &context, &mut listener).unwrap();
+        counts(&listener)
+    };
+    let whole = run("whole", "");
+    let all = whole.len();
+    assert!(all > 13, "{whole:?}");
+    assert_eq!(whole, (1..=all).collect::<Vec<_>>());
+    let said = format!("counts 9 of {all}").leak();
+    assert_eq!(run("parts", said), (1..=9).collect::<Vec<_>>());
+    let kept = names(&folder.path("parts/runs"));
+    let of_parts: Vec<&String> = kept
+        .iter()
+        .filter(|name| name.contains("-stages"))
+        .collect();
+    assert_eq!(of_parts.len(), 3, "{of_parts:?}");
+    let place = |to: &str, of: &str| {
+        let name = of_parts.iter().find(|name| name.contains(of)).unwrap();
+        folder.path(to).join("runs").join(name)
+    };
+    // What is kept is not made again: another name of the light gets into the report.
+    std::fs::create_dir_all(folder.path("altered/runs")).unwrap();
+    for name in &kept {
+        let [from, to] = ["parts/runs", "altered/runs"].map(|at| folder.path(at).join(name));
+        std::fs::copy(from, to).unwrap();
+    }
+    let begun = place("altered", "-stages-begun-");
+    let text = std::fs::read_to_string(&begun).unwrap();
+    let altered = text.replace("\"layer\": \"LTTD\"", "\"layer\": \"light\"");
+    assert_ne!(text, altered);
+    std::fs::write(begun, altered).unwrap();
+    assert_eq!(run("altered", ""), (9..=all).collect::<Vec<_>>());
+    let report = |to: &str| std::fs::read_to_string(folder.path(to).join("report.json")).unwrap();
+    assert!(report("altered").contains("\"light\": \"light\""));
+    // One of the two parts is damaged, and made again.
+    std::fs::write(place("parts", "-stages-1-of-"), "{").unwrap();
+    assert_eq!(run("parts", ""), (5..=all).collect::<Vec<_>>());
+    assert_eq!(report("whole"), report("parts"));
+    // Parts that are not needed any more are gone.
+    let [whole, parts] = ["whole", "parts"].map(|to| names(&folder.path(to).join("runs")));
+    assert_eq!(whole, parts);
+    let of_stages = whole.iter().filter(|name| name.contains("-stages"));
+    assert_eq!(of_stages.count(), 1, "{whole:?}");
 }
