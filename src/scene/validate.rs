@@ -111,16 +111,19 @@ fn check_media(parts: &SceneParts, file: &super::SourcePosition) -> Result<(), S
         let sides = object.boundary.map(|it| [it.interior, it.exterior]);
         !sides.into_iter().flatten().all(is_known)
     };
-    match parts.objects.iter().find(bounds_unknown) {
+    let unknown = |at: super::SourcePosition, what: String| {
+        let count = parts.media.len();
+        let message = format!("{what} a medium that is not among the {count} there are");
+        Err(SceneError { at, message })
+    };
+    if let Some(object) = parts.objects.iter().find(bounds_unknown) {
+        let at = object.declared_at.clone();
+        return unknown(at, format!("shape \"{}\" bounds", object.id));
+    }
+    let is_in_unknown = |sensor: &&super::Sensor| !sensor.medium.is_none_or(is_known);
+    match parts.sensors.iter().find(is_in_unknown) {
         None => Ok(()),
-        Some(object) => Err(SceneError {
-            at: object.declared_at.clone(),
-            message: format!(
-                "shape \"{}\" bounds a medium that is not among the {} there are",
-                object.id,
-                parts.media.len()
-            ),
-        }),
+        Some(sensor) => unknown(file.clone(), format!("sensor \"{}\" is in", sensor.id)),
     }
 }
 
@@ -330,5 +333,70 @@ pub(super) fn needs_inside(material: &Material, all: &[Material]) -> bool {
         _ => material
             .nested()
             .any(|id| needs_inside(&all[id.0 as usize], all)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{MaterialId, Scene};
+    use super::*;
+
+    /// The parts of a shipped scene.
+    fn parts() -> SceneParts {
+        let scene = crate::load("scenes/glass-ball.xml".as_ref(), &[("size", "8")]).unwrap();
+        SceneParts {
+            path: scene.path().to_owned(),
+            shapes: scene.world().shapes().to_vec(),
+            objects: scene.objects().to_vec(),
+            materials: scene.materials().to_vec(),
+            emitters: scene.emitters().to_vec(),
+            sensors: scene.sensors().to_vec(),
+            ..SceneParts::default()
+        }
+    }
+
+    #[test]
+    fn what_refers_to_something_that_is_not_there_is_refused() {
+        type Break = fn(&mut SceneParts, MediumId);
+        assert!(Scene::new(parts()).is_ok());
+        let nowhere = MediumId::new(0);
+        let broken: [(Break, &str); 6] = [
+            (
+                |parts, _| drop(parts.objects.pop()),
+                "descriptions of shapes",
+            ),
+            (
+                |parts, _| parts.objects[0].material = MaterialId(9),
+                "refers to material 9 of",
+            ),
+            (
+                |parts, interior| {
+                    let exterior = MediumId::CLEAR;
+                    parts.objects[0].boundary = Some(Boundary { interior, exterior });
+                },
+                "bounds a medium that is not among the 0 there are",
+            ),
+            (
+                |parts, medium| parts.sensors[0].medium = Some(medium),
+                "is in a medium that is not among the 0 there are",
+            ),
+            (
+                |parts, _| {
+                    let shape = ShapeId(9);
+                    parts.sensors[0].kind = SensorKind::IrradianceMeter { shape };
+                },
+                "refers to shape 9",
+            ),
+            (
+                |parts, _| parts.sensors[0].film.crop.width += 1,
+                "must be a non-empty part of the film",
+            ),
+        ];
+        for (broken, says) in broken {
+            let mut parts = parts();
+            broken(&mut parts, nowhere);
+            let error = Scene::new(parts).unwrap_err().to_string();
+            assert!(error.contains(says), "{error}");
+        }
     }
 }
