@@ -264,7 +264,7 @@ impl Gathering {
             return Ok(py.None().into_bound(py));
         }
         match found.map_err(|error| errors::merge(py, &error))? {
-            Next::Round(wanted) => {
+            Next::Step(wanted) => {
                 let step = serde_json::to_string(&wanted.step)
                     .map_err(|error| errors::plain(py, error))?;
                 let (work, most, left) = (wanted.work, wanted.most_parts, wanted.left);

@@ -116,7 +116,7 @@ impl<T: Divisible> InParts for T {
     fn next(&self, job: &Job, gathered: &Gathered) -> Result<Next<Rendering>, GatherError> {
         let setup = self.setup(job)?;
         Ok(match setup.next(&job.sensor.id, job.budget, gathered)? {
-            Next::Round(wanted) => Next::Round(wanted),
+            Next::Step(wanted) => Next::Step(wanted),
             Next::Done(found) => Next::Done(Box::new(self.rendering(job, &setup, *found))),
         })
     }

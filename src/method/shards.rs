@@ -85,7 +85,7 @@ impl Method {
         let next = |method: &dyn InParts, job: &Job| method.next(job, gathered);
         Ok(
             match self.in_parts(scene, sensor, context, check_gathered, next)? {
-                Next::Round(wanted) => Next::Round(wanted),
+                Next::Step(wanted) => Next::Step(wanted),
                 Next::Done(rendering) => Next::Done(Box::new(self.described(*rendering, sensor))),
             },
         )

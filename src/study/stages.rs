@@ -112,18 +112,7 @@ impl<'a> Stages<'a> {
             None => return Ok(None),
             Some(Err(reason)) => Err(reason),
             Some(Ok(beginning)) => {
-                let mut known = KnownFigures::new();
-                let mut missing = Vec::new();
-                for number in 0..making.runs.parts() {
-                    match self
-                        .session
-                        .store
-                        .value::<KnownFigures>(&self.place(Part::Others(number)))
-                    {
-                        Some(kept) => known.extend(kept),
-                        None => missing.push(number),
-                    }
-                }
+                let (mut known, missing) = self.kept_others();
                 let (mut done, all) = (1 + known.len(), making.runs.count());
                 progressing(done, all);
                 for number in missing {
@@ -168,6 +157,19 @@ impl<'a> Stages<'a> {
             }
             (Some(_), _) => true,
         })
+    }
+
+    /// The figures of the other parts that are in the store, and the numbers of those that are not.
+    fn kept_others(&self) -> (KnownFigures, Vec<usize>) {
+        let (mut known, mut missing) = (KnownFigures::new(), Vec::new());
+        for number in 0..attribution::parts(&self.run.method) {
+            let place = self.place(Part::Others(number));
+            match self.session.store.value::<KnownFigures>(&place) {
+                Some(kept) => known.extend(kept),
+                None => missing.push(number),
+            }
+        }
+        (known, missing)
     }
 
     /// Removes parts, which the whole has in it.

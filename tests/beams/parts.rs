@@ -1,6 +1,7 @@
 //! Beams in parts, as several machines would make them: the bits of a run in one piece.
 
 use nephroid::internals::mitsuba;
+use nephroid::internals::reference::beams::film::BeamFilm;
 use nephroid::internals::reference::beams::inputs::BeamInputs;
 use nephroid::internals::reference::beams::piece::Piece;
 use nephroid::internals::reference::beams::run::Setup;
@@ -11,6 +12,7 @@ use nephroid::internals::reference::parts::{Gathered, Next, Part, Step, Wanted};
 use nephroid::internals::reference::shard::Shard;
 use nephroid::internals::run::{Budget, Estimate, Progress};
 use nephroid::internals::scene::Scene;
+use serde_json::Value;
 
 use crate::support::bundled;
 use crate::support::scenes::{below_bumps, meter};
@@ -71,7 +73,7 @@ impl<'a> InParts<'a> {
         loop {
             let wanted = match self.next() {
                 Next::Done(found) => return (*found, keys.len()),
-                Next::Round(wanted) => *wanted,
+                Next::Step(wanted) => *wanted,
             };
             assert!(!keys.contains(&wanted.key), "{wanted:?}");
             assert!(wanted.work > 0 && wanted.most_parts > 0, "{wanted:?}");
@@ -233,7 +235,7 @@ fn a_dark_scene_needs_no_part() {
 fn begun() -> (InParts<'static>, Wanted) {
     let scene = held(bundled("glass-ball", 16));
     let asked = InParts::new(scene, BeamSettings::default(), Budget::error(0.05));
-    let Next::Round(wanted) = asked.next() else {
+    let Next::Step(wanted) = asked.next() else {
         panic!("nothing to do");
     };
     (asked, *wanted)
@@ -266,7 +268,7 @@ fn parts_that_do_not_fit_are_refused() {
         budget: Budget::error(0.01),
         ..begun().0
     };
-    let Next::Round(finer) = other.next() else {
+    let Next::Step(finer) = other.next() else {
         panic!("nothing to do");
     };
     let error = add(second, &other.part(&finer, second)).unwrap_err();
@@ -331,30 +333,71 @@ fn a_run_that_is_divided_has_an_error_for_a_limit() {
     }
 }
 
+/// The run's result if the only part of its first piece is made of these bytes, with a hash that fits.
+fn next_with(asked: &InParts, wanted: &Wanted, forged: &[u8]) -> Result<(), String> {
+    let sealed = [forged, blake3::hash(forged).as_bytes()].concat();
+    let mut gathered = Gathered::default();
+    let part = Part::read_from(&sealed[..]).map_err(|error| error.to_string())?;
+    let added = gathered.add(wanted, Shard::WHOLE, part);
+    added.map_err(|error| error.to_string())?;
+    let (sensor, progress) = (meter(asked.scene), Progress::default());
+    let mut setup = Setup::new(asked.scene, sensor, asked.settings, &progress).unwrap();
+    let (budget, id) = (&asked.budget, &sensor.id);
+    let found = next(&mut setup, id, budget, &gathered, MOST_BYTES);
+    found.map(drop).map_err(|error| error.to_string())
+}
+
+/// Number of films and of tasks of each batch that a header tells.
+fn extents(header: &Value) -> Vec<[usize; 2]> {
+    match header {
+        Value::Object(fields) if fields.contains_key("films") => {
+            vec![["films", "tasks"].map(|key| fields[key].as_u64().unwrap() as usize)]
+        }
+        Value::Object(fields) => fields.values().flat_map(extents).collect(),
+        Value::Array(all) => all.iter().flat_map(extents).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Twice the quantum makes twice the light, and three channels are dark.
+#[test]
+fn parts_with_films_of_another_scale_or_of_other_channels_are_refused() {
+    let (asked, wanted) = begun();
+    let bytes = asked.part(&wanted, Shard::WHOLE);
+    let contents = &bytes[..bytes.len() - blake3::OUT_LEN];
+    assert_eq!(next_with(&asked, &wanted, contents), Ok(()));
+    let mut lines = contents.splitn(3, |byte| *byte == b'\n');
+    let [magic, header, body] = [(); 3].map(|()| lines.next().unwrap());
+    let header = std::str::from_utf8(header).unwrap();
+    let refused = |header: &str, body: &[u8]| {
+        let forged = [magic, header.as_bytes(), body].join(&b'\n');
+        next_with(&asked, &wanted, &forged).unwrap_err()
+    };
+    let at = header.find("\"exponent\":").unwrap() + "\"exponent\":".len();
+    let end = at + header[at..].find([',', '}']).unwrap();
+    let exponent: i32 = header[at..end].parse().unwrap();
+    let doubled = format!("{}{}{}", &header[..at], exponent + 1, &header[end..]);
+    let error = refused(&doubled, body);
+    assert!(error.contains("of other tasks"), "{error}");
+    // Whole, but dark: each task has a number, and nothing to tell of any signature.
+    let mut dark = Vec::new();
+    for [films, tasks] in extents(&serde_json::from_str(header).unwrap()) {
+        dark.resize(dark.len() + films * BeamFilm::<3>::numbers([16, 16]), 0);
+        dark.extend((0..tasks as u64).flat_map(|number| [number, 0]));
+    }
+    let dark: Vec<u8> = dark.into_iter().flat_map(u64::to_le_bytes).collect();
+    let error = refused(&header.replace("\"grey\"", "\"colours\""), &dark);
+    assert!(error.contains("of other tasks"), "{error}");
+}
+
 #[test]
 fn forged_parts_are_refused_or_make_some_film() {
     let (asked, wanted) = begun();
     let bytes = asked.part(&wanted, Shard::WHOLE);
     let contents = &bytes[..bytes.len() - blake3::OUT_LEN];
-    let (sensor, progress) = (meter(asked.scene), Progress::default());
     let mut refused = 0;
     let mut enter = |forged: &[u8]| {
-        let sealed = [forged, blake3::hash(forged).as_bytes()].concat();
-        let mut gathered = Gathered::default();
-        let added =
-            Part::read_from(&sealed[..]).and_then(|part| gathered.add(&wanted, Shard::WHOLE, part));
-        if added.is_err() {
-            refused += 1;
-            return;
-        }
-        let mut setup = Setup::new(asked.scene, sensor, asked.settings, &progress).unwrap();
-        drop(next(
-            &mut setup,
-            &sensor.id,
-            &asked.budget,
-            &gathered,
-            MOST_BYTES,
-        ));
+        refused += usize::from(next_with(&asked, &wanted, forged).is_err());
     };
     let lines: Vec<usize> = contents
         .iter()

@@ -180,7 +180,7 @@ fn shards_of_different_runs_do_not_merge() {
         assert!(error.contains(reason), "{error}");
     }
     // A part of a round that somebody asked for is no shard: nobody knows what is to follow.
-    let Ok(Next::Round(wanted)) = setup.next(&sensor.id, &few, &Gathered::default()) else {
+    let Ok(Next::Step(wanted)) = setup.next(&sensor.id, &few, &Gathered::default()) else {
         panic!("no round");
     };
     let part = setup.run_part(&sensor.id, parts::round_of(&wanted), Shard::WHOLE);
@@ -247,7 +247,7 @@ fn parts_that_are_doubled_missing_or_of_another_run_are_not_gathered() {
     let empty = Gathered::default();
     let of_round = |setup: &Setup, budget: &Budget| -> Box<Wanted> {
         match setup.next(sensor, budget, &empty) {
-            Ok(Next::Round(wanted)) => wanted,
+            Ok(Next::Step(wanted)) => wanted,
             other => panic!("{other:?}"),
         }
     };

@@ -68,7 +68,7 @@ pub fn gathered<S: Divided>(
     loop {
         match setup.next(sensor, budget, &gathered).unwrap() {
             Next::Done(found) => return (*found, rounds),
-            Next::Round(wanted) => {
+            Next::Step(wanted) => {
                 assert!(!keys.contains(&wanted.key), "{wanted:?}");
                 assert!(wanted.work > 0 && wanted.most_parts > 0, "{wanted:?}");
                 for index in (0..count).rev() {

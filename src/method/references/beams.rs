@@ -167,7 +167,7 @@ impl InParts for Beams {
         let mut setup = setup(job)?;
         let next = next(&mut setup, &job.sensor.id, job.budget, gathered, MOST_BYTES)?;
         Ok(match next {
-            Next::Round(wanted) => Next::Round(wanted),
+            Next::Step(wanted) => Next::Step(wanted),
             Next::Done(found) => Next::Done(Box::new(rendering(job, &setup, *found))),
         })
     }

@@ -121,14 +121,34 @@ impl Passes<'_> {
         Ok(Some(sums))
     }
 
+    /// True if sums are on films like those that [`trace`](Self::trace) fills.
+    ///
+    /// # Errors
+    ///
+    /// If a texel's flux is not representable.
+    pub fn has_films_like(&self, sums: &BatchSums) -> Result<bool, Error> {
+        let is_grey = self.target.is_achromatic(self.scene);
+        let scale = self.scale()?;
+        Ok(match sums {
+            BatchSums::Grey(sums) => is_grey && sums.have_scale(scale),
+            BatchSums::Colours(sums) => !is_grey && sums.have_scale(scale),
+            BatchSums::Beyond { .. } => true,
+        })
+    }
+
+    /// The scale of its films. Uncertain flux may count the same flux in several texels, and the discovery is
+    /// coarse.
+    fn scale(&self) -> Result<FixedPoint, Error> {
+        FixedPoint::for_total(64.0 * self.flux).map_err(|_| not_representable())
+    }
+
     fn trace_in<const N: usize>(
         &self,
         lights: &[BeamLight],
         asked: &[Asked],
         shard: Shard,
     ) -> Result<Option<ChannelSums<N>>, Error> {
-        // Uncertain flux may count the same flux in several texels, and the discovery is coarse.
-        let scale = FixedPoint::for_total(64.0 * self.flux).map_err(|_| not_representable())?;
+        let scale = self.scale()?;
         let sorted: Vec<Asked> = order(asked).into_iter().map(|index| asked[index]).collect();
         let film = |_| BeamFilm::<N>::new(self.target.size(), scale);
         let films: Vec<BeamFilm<N>> = sorted.iter().map(film).collect();

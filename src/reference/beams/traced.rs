@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::film::BeamFilm;
 use super::refine::Balance;
 use crate::geometry::TraversalCounters;
+use crate::numeric::FixedPoint;
 
 /// What tasks of a batch did.
 #[derive(Clone, Debug)]
@@ -131,6 +132,11 @@ impl<const N: usize> ChannelSums<N> {
         self.done.extend(other.done);
         self.done.sort_by_key(|task| task.number);
         Ok(())
+    }
+
+    /// True if all films have the scale.
+    pub(super) fn have_scale(&self, scale: FixedPoint) -> bool {
+        self.films.iter().all(|film| film.scale() == scale)
     }
 
     fn is_whole(&self, tasks: usize, signatures: usize) -> bool {

@@ -104,7 +104,7 @@ pub fn next(
     let most_parts = u32::try_from(most_parts.unwrap_or(1)).unwrap_or(u32::MAX);
     let work = setup.sounded_batches(batches);
     let work: f64 = work.values().map(Sounding::work).sum();
-    Ok(Next::Round(Box::new(Wanted {
+    Ok(Next::Step(Box::new(Wanted {
         step: Step::Piece(piece),
         key: run.key(),
         // It is a forecast, and there is something to do.
@@ -237,7 +237,8 @@ impl PassSource for Pieces<'_, '_> {
         if passes.limit.is_beyond_rays() {
             return Ok(Some(BatchSums::Beyond { work }));
         }
-        if !sums.is_whole(self.tasks.of(asked.len()), asked.len()) {
+        let is_whole = sums.is_whole(self.tasks.of(asked.len()), asked.len());
+        if !is_whole || !passes.has_films_like(&sums)? {
             self.problem = Some(of_other_tasks());
             return Ok(None);
         }

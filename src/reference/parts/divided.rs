@@ -103,7 +103,7 @@ pub trait Divided: Sized {
                 shards.check_end()?;
                 Ok(*found)
             }
-            Next::Round(wanted) => Err(ShardError::NoRound(wanted.run.round.number).into()),
+            Next::Step(wanted) => Err(ShardError::NoRound(wanted.run.round.number).into()),
         }
     }
 
@@ -147,7 +147,7 @@ fn replay<S: Divided>(
         let (work, most_parts) = setup.extent(round);
         let done = round.before.saturating_add(round.each);
         let each = schedule.most.saturating_sub(done);
-        return Ok(Next::Round(Box::new(Wanted {
+        return Ok(Next::Step(Box::new(Wanted {
             step: Step::Round(round),
             key: run.key(),
             work,
@@ -171,8 +171,8 @@ pub trait RunInParts: Rounds {
 /// What becomes of a run.
 #[derive(Debug)]
 pub enum Next<T> {
-    /// It needs the parts of a round.
-    Round(Box<Wanted>),
+    /// It needs the parts of a step.
+    Step(Box<Wanted>),
     /// It is done.
     Done(Box<T>),
 }

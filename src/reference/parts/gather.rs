@@ -11,15 +11,15 @@ use super::sums::Sums;
 use crate::reference::beams::piece::Piece;
 use crate::reference::shard::{Round, Shard};
 
-/// The parts that have come, round by round.
+/// The parts that have come, step by step, by the number of their round or piece.
 #[derive(Debug, Default)]
 pub struct Gathered {
-    rounds: BTreeMap<u64, RoundSum>,
+    steps: BTreeMap<u64, StepSum>,
 }
 
-/// The sum of those of a round's parts that have come.
+/// The sum of those of a step's parts that have come.
 #[derive(Debug)]
-struct RoundSum {
+struct StepSum {
     sum: Part,
     /// Those that are in it, counted from 1.
     given: Vec<u32>,
@@ -75,10 +75,10 @@ impl Gathered {
     /// Adds a part of any round.
     pub(super) fn put(&mut self, part: Part) -> Result<(), ShardError> {
         let Shard { index, count } = part.shard;
-        let mut place = match self.rounds.entry(part.run.round.number) {
+        let mut place = match self.steps.entry(part.run.round.number) {
             Entry::Vacant(place) => {
                 let given = vec![index + 1];
-                place.insert(RoundSum { sum: part, given });
+                place.insert(StepSum { sum: part, given });
                 return Ok(());
             }
             Entry::Occupied(place) => place,
@@ -115,7 +115,7 @@ impl Gathered {
         run: &RunIdentity,
         add: &mut dyn FnMut(&Sums) -> bool,
     ) -> Result<Option<bool>, ShardError> {
-        let Some(there) = self.rounds.get(&run.round.number) else {
+        let Some(there) = self.steps.get(&run.round.number) else {
             return Ok(None);
         };
         run.compare(&there.sum.run)?;
