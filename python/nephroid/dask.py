@@ -455,15 +455,16 @@ class _Call:
     def _on(self, worker: str, name: str, function: Callable[..., Any], arguments: Callable[[], tuple[Any, ...]]) -> Any:
         """A value on a worker: sent once from here, and from there to others."""
         key = f"{name}-{self._suffix}"
-        # Else they would wait behind tasks that do not need them.
-        there: dict[str, Any] = {"priority": _FIRST, **_there(worker)}
+        # They would wait behind tasks that do not need them, without a priority.
         if name not in self._sent:
-            # It may be large, and Dask warns of what is.
+            # It may be large, and Dask warns of what is. It is bound to no worker: were that lost with all others, Dask
+            # would give it to nobody.
             with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"}):
-                self._sent[name] = self._client.submit(function, *arguments(), key=key, **there)
+                self._sent[name] = self._client.submit(function, *arguments(), key=key, priority=_FIRST)
         if (name, worker) not in self._copies:
             copy = f"{key}-{next(self._numbers)}"
-            self._copies[name, worker] = self._client.submit(_copy, self._sent[name], key=copy, **there)
+            sent = self._sent[name]
+            self._copies[name, worker] = self._client.submit(_copy, sent, key=copy, priority=_FIRST, **_there(worker))
         return self._copies[name, worker]
 
     def _spare(self, task: _Task) -> None:
