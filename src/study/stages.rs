@@ -1,5 +1,7 @@
 //! The attributions of a study: from the store, or made, in parts that are kept until all are there.
 
+use std::cell::OnceCell;
+
 use super::StudyError;
 use super::attribution::{
     self, Attribution, AttributionError, Beginning, KnownFigures, ReducedSensor, RunProgress,
@@ -107,25 +109,20 @@ impl<'a> Stages<'a> {
             return Ok(Some(Attributed { found, was_kept }));
         }
         let reduced = self.reduced();
-        let mut making = self.making(&reduced, truth, context)?;
+        let making = self.making(&reduced, truth, context)?;
         let found = match making.beginning()? {
             None => return Ok(None),
             Some(Err(reason)) => Err(reason),
             Some(Ok(beginning)) => {
-                let (mut known, missing) = self.kept_others();
-                let (mut done, all) = (1 + known.len(), making.runs.count());
-                progressing(done, all);
-                for number in missing {
-                    let part = making.others(&beginning, number, || {
-                        done += 1;
-                        progressing(done, all);
-                    })?;
-                    let Some(part) = part else {
-                        return Ok(None);
-                    };
-                    known.extend(part);
-                }
-                Ok(making.runs.end(beginning, known))
+                let (known, missing) = self.kept_others();
+                let make = |beginning: &Beginning, number, heard: &mut dyn FnMut()| {
+                    making.others(beginning, number, heard)
+                };
+                let found = (making.runs).complete(beginning, known, missing, progressing, make)?;
+                let Some(found) = found else {
+                    return Ok(None);
+                };
+                Ok(found)
             }
         };
         self.session.store.keep_value(&self.whole(), &found)?;
@@ -149,7 +146,7 @@ impl<'a> Stages<'a> {
             return Ok(true);
         }
         let reduced = self.reduced();
-        let mut making = self.making(&reduced, truth, context)?;
+        let making = self.making(&reduced, truth, context)?;
         Ok(match (making.beginning()?, part) {
             (None, _) => false,
             (Some(Ok(beginning)), Part::Others(number)) => {
@@ -196,7 +193,7 @@ impl<'a> Stages<'a> {
             truth,
             reduced,
             runs: runs.map_err(|error| self.error(error))?,
-            light: None,
+            light: OnceCell::new(),
         })
     }
 
@@ -233,12 +230,12 @@ struct Making<'a> {
     reduced: &'a ReducedSensor,
     runs: StageRuns<'a>,
     /// The truth of the light that the approximation models, once its film is read.
-    light: Option<Vec<Rgb>>,
+    light: OnceCell<Vec<Rgb>>,
 }
 
 impl Making<'_> {
     /// The beginning, or the reason why there is no attribution; `None` if it was stopped.
-    fn beginning(&mut self) -> Result<Option<Result<Beginning, String>>, StudyError> {
+    fn beginning(&self) -> Result<Option<Result<Beginning, String>>, StudyError> {
         let (store, place) = (&self.of.session.store, self.of.place(Part::First));
         if let Some(kept) = store.value(&place) {
             return Ok(Some(kept));
@@ -248,7 +245,7 @@ impl Making<'_> {
         let found = match self.runs.begin(truth) {
             Ok(None) => return Ok(None),
             Ok(Some((beginning, light))) => {
-                self.light = Some(light);
+                self.light.get_or_init(|| light);
                 Ok(beginning)
             }
             // Light that the truth does not have, or not by itself, is no error of the study.
@@ -263,15 +260,17 @@ impl Making<'_> {
 
     /// Makes one of the other parts, and keeps it; `None` if it was stopped.
     fn others(
-        &mut self,
+        &self,
         beginning: &Beginning,
         number: usize,
         heard: impl FnMut(),
     ) -> Result<Option<KnownFigures>, StudyError> {
-        if self.light.is_none() {
-            self.light = Some(self.read(beginning.light)?);
-        }
-        let light = self.light.as_deref().unwrap_or_default();
+        let light = if let Some(light) = self.light.get() {
+            light
+        } else {
+            let light = self.read(beginning.light)?;
+            self.light.get_or_init(|| light)
+        };
         let found = self.runs.others(beginning, light, number, heard);
         let found = found.map_err(|error| self.of.error(error))?;
         if let Some(found) = &found {

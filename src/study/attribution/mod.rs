@@ -181,19 +181,12 @@ pub fn attribute(
     let Some((beginning, truth)) = runs.begin(truth)? else {
         return Ok(None);
     };
-    let all = runs.count();
-    let mut done = 1;
-    progressing(done, all);
-    let mut known = KnownFigures::new();
-    for number in 0..runs.parts() {
-        let part = runs.others(&beginning, &truth, number, || {
-            done += 1;
-            progressing(done, all);
-        })?;
-        let Some(part) = part else {
-            return Ok(None);
-        };
-        known.extend(part);
-    }
-    Ok(Some(runs.end(beginning, known)))
+    let (known, missing) = (KnownFigures::new(), 0..runs.parts());
+    runs.complete(
+        beginning,
+        known,
+        missing,
+        progressing,
+        |beginning, number, heard| runs.others(beginning, &truth, number, heard),
+    )
 }

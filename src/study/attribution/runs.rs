@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::shapley::{self, Set, Share};
 use super::{
-    AttributedStage, Attribution, AttributionError, FigureShares, StageShare, TWINS, Truth, twins,
+    AttributedStage, Attribution, AttributionError, FigureShares, RunProgress, StageShare, TWINS,
+    Truth, twins,
 };
 use crate::film::Image;
 use crate::method::{Method, StageSetting};
@@ -178,8 +179,37 @@ impl<'a> StageRuns<'a> {
         Ok(Some(known))
     }
 
+    /// The attribution, from the figures that are known and those of the parts that are missing, which `make`
+    /// makes: by the beginning, a part's number, and what it calls after each run. `None` if it was stopped.
+    ///
+    /// # Errors
+    ///
+    /// As `make`'s.
+    pub fn complete<E>(
+        &self,
+        beginning: Beginning,
+        mut known: KnownFigures,
+        missing: impl IntoIterator<Item = usize>,
+        progressing: RunProgress,
+        mut make: impl FnMut(&Beginning, usize, &mut dyn FnMut()) -> Result<Option<KnownFigures>, E>,
+    ) -> Result<Option<Attribution>, E> {
+        let (mut done, all) = (1 + known.len(), self.count());
+        progressing(done, all);
+        for number in missing {
+            let mut heard = || {
+                done += 1;
+                progressing(done, all);
+            };
+            let Some(part) = make(&beginning, number, &mut heard)? else {
+                return Ok(None);
+            };
+            known.extend(part);
+        }
+        Ok(Some(self.end(beginning, known)))
+    }
+
     /// The attribution, from the figures of all parts.
-    pub fn end(&self, beginning: Beginning, mut known: KnownFigures) -> Attribution {
+    fn end(&self, beginning: Beginning, mut known: KnownFigures) -> Attribution {
         known.insert(self.all(), beginning.whole);
         let shares = Figure::OF_LIGHT.iter().enumerate();
         let shares = shares.filter_map(|(i, figure)| {
