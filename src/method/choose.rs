@@ -217,10 +217,10 @@ fn best(scene: &Scene, sensor: &Sensor, given: &Given) -> Result<Best, SettingEr
 /// The method for light that beams cannot follow. If photons cannot follow it either, paths from the camera
 /// find what they can.
 fn instead_of_beams(scene: &Scene, sensor: &Sensor) -> &'static str {
-    match (LightSpace::new(scene), sensor.is_camera()) {
+    match (LightSpace::check(scene), sensor.is_camera()) {
         (_, false) => "photons",
         (Err(_), true) => "path",
-        (Ok(_), true) => for_camera(scene, sensor),
+        (Ok(()), true) => for_camera(scene, sensor),
     }
 }
 

@@ -129,6 +129,37 @@ fn scenes_without_glass_or_light_have_an_empty_light_space() {
 }
 
 #[test]
+fn a_check_refuses_what_has_no_light_space_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lamp.xml");
+    let glass = r#"<shape type="sphere"><bsdf type="dielectric"/></shape>"#;
+    let lamp = |shape: &str, inside: &str, kind: &str, light: &str| {
+        format!(
+            r#"{glass}<shape type="{shape}">{inside}<emitter type="{kind}"><rgb name="radiance" value="{light}"/></emitter></shape>"#
+        )
+    };
+    let inward = r#"<boolean name="flip_normals" value="true"/>"#;
+    let blend = r#"<shape type="sphere"><bsdf type="blendbsdf"><float name="weight" value="0.5"/>
+        <bsdf type="dielectric"/><bsdf type="thindielectric"/></bsdf></shape>"#;
+    for (inside, is_refused) in [
+        (lamp("cylinder", "", "area", "1"), true),
+        (lamp("cylinder", "", "area", "0"), false),
+        (lamp("sphere", inward, "area", "1"), true),
+        (lamp("sphere", "", "area", "1"), false),
+        (lamp("rectangle", "", "directionalarea", "1"), false),
+        (blend.to_owned(), true),
+        (r#"<emitter type="constant"/>"#.to_owned(), false),
+    ] {
+        let text = format!(r#"<scene version="3.0.0">{inside}</scene>"#);
+        std::fs::write(&path, text).unwrap();
+        let scene = mitsuba::load(&path, &[]).unwrap();
+        let refusal = LightSpace::new(&scene).err();
+        assert_eq!(LightSpace::check(&scene).err(), refusal, "{inside}");
+        assert_eq!(refusal.is_some(), is_refused, "{inside}");
+    }
+}
+
+#[test]
 fn shares_by_importance_leave_every_cell_half_of_its_own() {
     let mut light = LightSpace::new(&load("glass-ball.xml")).unwrap();
     let before: Vec<f64> = (0..light.cells().len())

@@ -118,7 +118,7 @@ impl Reference for PhotonMap {
 
     fn supports(&self, scene: &Scene, sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
         check_camera(sensor)?;
-        LightSpace::new(scene)?;
+        LightSpace::check(scene)?;
         Ok(())
     }
 

@@ -97,8 +97,7 @@ impl Reference for Photons {
     }
 
     fn supports(&self, scene: &Scene, _sensor: &Sensor, _values: &Values) -> Result<(), Refusal> {
-        LightSpace::new(scene)?;
-        Ok(())
+        Ok(LightSpace::check(scene)?)
     }
 
     fn cost(&self, scene: &Scene, sensor: &Sensor, values: &Values) -> Cost {

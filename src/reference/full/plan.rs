@@ -165,7 +165,7 @@ impl Plan {
 
     /// The reason to leave caustics to paths from the camera; `None` if there is none.
     fn why_paths(scene: &Scene, path: &PathSettings) -> Option<String> {
-        if let Err(error) = LightSpace::new(scene) {
+        if let Err(error) = LightSpace::check(scene) {
             return Some(error.to_string());
         }
         if path.hide_emitters && scene.emitters().iter().any(|it| it.shape().is_some()) {

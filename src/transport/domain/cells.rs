@@ -92,6 +92,22 @@ impl LightSpace {
         Self::aimed(scene, Followed::Smooth)
     }
 
+    /// Fails if the scene's light has no light space, without building one.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn check(scene: &Scene) -> Result<(), LightSpaceError> {
+        chain_limits::check(scene)?;
+        let mut shining = scene.emitters().iter();
+        shining.try_for_each(|emitter| match emitter.shape() {
+            Some(shape) if !emitter.strength().is_black() => {
+                surface_of(scene, emitter, shape).map(drop)
+            }
+            _ => Ok(()),
+        })
+    }
+
     /// The part of the scene's light that may meet geometry from which chains go on. Cells from which it
     /// meets nothing but coats have a [smaller share](SHARE_OF_COATS) of samples.
     ///
@@ -481,10 +497,7 @@ fn add_charts(
             radiance,
             texture,
         } => {
-            let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize]);
-            let Some(surface) = surface else {
-                return Err(not_modelled(scene, emitter, *shape));
-            };
+            let surface = surface_of(scene, emitter, *shape)?;
             match texture {
                 None => {
                     for part in surface.parts() {
@@ -549,6 +562,16 @@ fn add_area_charts(
             }));
         }
     }
+}
+
+/// The surface of a shape that shines.
+fn surface_of(
+    scene: &Scene,
+    emitter: &Emitter,
+    shape: ShapeId,
+) -> Result<LightSurface, LightSpaceError> {
+    let surface = LightSurface::new(&scene.world().shapes()[shape.0 as usize]);
+    surface.ok_or_else(|| not_modelled(scene, emitter, shape))
 }
 
 fn not_modelled(scene: &Scene, emitter: &Emitter, shape: ShapeId) -> LightSpaceError {
