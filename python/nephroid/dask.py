@@ -359,6 +359,9 @@ class _Call:
             while waiting and (worker := self._free(_AHEAD)) is not None:
                 task = waiting.popleft()
                 wait_for(task, self._submit(task, worker))
+            if waiting and not self._workers:
+                # A cluster that grows by itself asks for workers if Dask has what none can make.
+                self._scene(waiting[0].scene, None)
             while later and not waiting and (worker := self._free(1)) is not None:
                 future = self._submit(later.popleft(), worker, is_later=True)
                 future.add_done_callback(lambda future: told.put(future.key))
@@ -444,7 +447,7 @@ class _Call:
         self._places[key] = worker
         return self._futures[key]
 
-    def _scene(self, scene: Scene, worker: str) -> Any:
+    def _scene(self, scene: Scene, worker: str | None) -> Any:
         hashed = scene.content_hash
         name = f"nephroid-scene-{hashed[:32]}"
         return self._on(worker, name, _load, lambda: (_nephroid.source_hash, hashed, scene._packed()))
@@ -452,8 +455,10 @@ class _Call:
     def _files(self, files: _Files, worker: str) -> Any:
         return self._on(worker, files.name, _copy, lambda: (files.read(),))
 
-    def _on(self, worker: str, name: str, function: Callable[..., Any], arguments: Callable[[], tuple[Any, ...]]) -> Any:
-        """A value on a worker: sent once from here, and from there to others."""
+    def _on(
+        self, worker: str | None, name: str, function: Callable[..., Any], arguments: Callable[[], tuple[Any, ...]]
+    ) -> Any:
+        """A value on a worker: sent once from here, and from there to others. Without a worker, as it was sent."""
         key = f"{name}-{self._suffix}"
         # They would wait behind tasks that do not need them, without a priority.
         if name not in self._sent:
@@ -461,6 +466,8 @@ class _Call:
             # would give it to nobody.
             with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"}):
                 self._sent[name] = self._client.submit(function, *arguments(), key=key, priority=_FIRST)
+        if worker is None:
+            return self._sent[name]
         if (name, worker) not in self._copies:
             copy = f"{key}-{next(self._numbers)}"
             sent = self._sent[name]

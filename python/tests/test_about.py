@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
 import os
 import signal
@@ -147,3 +148,8 @@ def test_ctrl_c_ends_questions_within_a_second(what):
         assert time.monotonic() - sent[0] < 1.0
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def test_the_wheel_has_the_licences_of_all_its_parts():
+    names = {one.name for one in importlib.metadata.files("nephroid") or [] if "licenses" in one.parts}
+    assert names == {"LICENSE-APACHE", "LICENSE-MIT", "LICENSE-SKY"}

@@ -609,6 +609,21 @@ def _render(method, **settings):
     return ne.render(ne.load_file(GLASS, size=8), method=method, **settings)
 
 
+def test_a_cluster_that_grows_if_it_is_asked_grows_from_nothing():
+    scene = ne.load_file(GLASS, size=16)
+    with (
+        distributed.LocalCluster(n_workers=0, threads_per_worker=1, dashboard_address=":0") as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        cluster.adapt(minimum=0, maximum=2, interval="100ms", wait_count=2)
+        # Once more after all workers have been sent away, since nothing was to be done.
+        for _ in range(2):
+            end = time.monotonic() + 60
+            film = ne.dask.render(scene, photons=1 << 16, tasks=3, client=client, progress=lambda _: time.monotonic() < end)
+            assert_same(film, ne.render(scene, method="photons", photons=1 << 16))
+            wait_for(lambda: not client.nthreads())
+
+
 def test_errors_are_typed(client, monkeypatch):
     scene = ne.load_file(GLASS, size=16)
     with pytest.raises(ne.LoadError) as caught:

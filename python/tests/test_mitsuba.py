@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import importlib.util
+
 import numpy as np
 import pytest
 
 import nephroid as ne
+from conftest import ROOT
 from test_dicts import ball, heightfield
 
 mi = pytest.importorskip("mitsuba", reason="Mitsuba is not installed: nothing of it can be passed")
@@ -68,3 +71,20 @@ def test_a_mesh_with_a_surface_of_its_own_is_refused(variant):
 def test_a_film_becomes_a_bitmap(variant):
     film = ne.render(ne.load_dict(ball()), photons=4096)
     np.testing.assert_allclose(np.array(film.bitmap()), film.value, rtol=1e-6)
+
+
+def test_the_example_fits_a_heightfield_and_says_which_steps_are_better(capsys):
+    found = importlib.util.spec_from_file_location("heightfield", ROOT / "python/examples/heightfield.py")
+    example = importlib.util.module_from_spec(found)
+    found.loader.exec_module(example)
+    steps = example.fit(32)
+    assert "step 6" in capsys.readouterr().out
+    # From the start on, each of four steps is surely better: their intervals do not overlap.
+    for (_, (least, _)), (_, (_, most)) in zip(steps[:4], steps[1:5], strict=True):
+        assert most < least
+    # The goal's own distance from itself is not above zero, and what the bounds leave open is less than any of those steps.
+    judge = example.Judge(32)
+    least, most = judge.l1(example.GOAL)
+    assert least == 0.0 and 0.0 < most < 0.01
+    # The optimiser's images have a noise of 3 % a square, so that it ends near the goal, and not at it.
+    assert 5 * steps[-1][1][1] < steps[0][1][0]
