@@ -19,6 +19,7 @@ from ._compare import Comparison, compare
 from ._dict import load_dict
 from ._errors import Error, LoadError, RefusedError, SettingError
 from ._nephroid import Film, Layer, Progress, Scene, StudyProgress, __version__
+from ._steps import RunInParts, Step
 from ._study import Bounded, Gate, Report, Row, validate
 from ._text import checked_scene, parameters, wish
 
@@ -38,10 +39,12 @@ __all__ = [
     "RefusedError",
     "Report",
     "Row",
+    "RunInParts",
     "Scene",
     "SettingError",
     "Shares",
     "Stage",
+    "Step",
     "StudyProgress",
     "__version__",
     "attribute",

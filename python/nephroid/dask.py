@@ -1,4 +1,4 @@
-"""Runs and studies on many machines, by Dask: ``pip install "nephroid[dask]"``.
+"""Runs and studies on many machines, by Dask: ``pip install "./python[dask]"`` in a checkout.
 
 >>> from dask.distributed import Client
 >>> import nephroid as ne, nephroid.dask
@@ -37,7 +37,7 @@ try:
     import distributed
     from distributed.core import Status
 except ImportError as _missing:
-    raise ImportError('nephroid.dask needs dask.distributed: pip install "nephroid[dask]"') from _missing
+    raise ImportError('nephroid.dask needs dask.distributed: pip install "distributed>=2024.8"') from _missing
 
 from . import _nephroid
 from ._errors import Error, SettingError

@@ -609,6 +609,13 @@ def _render(method, **settings):
     return ne.render(ne.load_file(GLASS, size=8), method=method, **settings)
 
 
+def test_four_workers_have_the_bits_of_four_threads():
+    scene = ne.load_file(GLASS, size=16)
+    with cluster_of(4) as client:
+        film = ne.dask.render(scene, photons=1 << 18, tasks=7, client=client)
+    assert_same(film, ne.render(scene, method="photons", photons=1 << 18, threads=4))
+
+
 def test_a_cluster_that_grows_if_it_is_asked_grows_from_nothing():
     scene = ne.load_file(GLASS, size=16)
     with (

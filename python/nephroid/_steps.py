@@ -1,0 +1,81 @@
+"""Runs step by step, each in parts: for engines of whatever kind that share work out. Dask's has a module of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from . import _nephroid
+from ._nephroid import Film, Progress, Scene
+from ._text import checked_scene, wish
+
+
+@dataclass(frozen=True)
+class Step:
+    """A round of photons or paths, or a pass of beams. It can be pickled, and sent to other processes."""
+
+    #: The same for steps that are made from the same, whatever run they are of: a name for what is kept of them.
+    key: str
+    #: Its work: photons, paths (of photon maps, those of photons and of cameras together), or rays of beams, as forecast.
+    work: int
+    #: The most parts that it can be made in.
+    most_parts: int
+    _step: str
+    _asked: Any
+
+    def part(
+        self, scene: Scene, index: int, count: int, progress: Callable[[Progress], object] | None = None
+    ) -> bytes | None:
+        """Makes part ``index`` (from 1 on) of ``count``: its sums. None if ``progress`` stopped it."""
+        return _nephroid.part(checked_scene(scene), self._step, index, count, self._asked, progress)
+
+
+class RunInParts:
+    """A run whose steps are made in parts, anywhere and in any order. Its film has the bits of :func:`render`.
+
+    >>> run = ne.RunInParts(scene, method="beams", error=0.001)
+    >>> while not isinstance(step := run.next(), ne.Film):
+    ...     for i in range(1, 5):                      # by processes, jobs, or whatever shares work out
+    ...         run.add(step.part(scene, i, 4), i, 4)
+    >>> film = step
+
+    Methods are ``photons``, which is the default, ``photon-map``, ``path`` and ``beams``. A run ends at a relative ``error``,
+    or after its work; a ``time`` is refused. What steps find decides which come next.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        sensor: str | None = None,
+        method: str | None = None,
+        error: float | str | None = None,
+        photons: int | None = None,
+        seed: int | None = None,
+        threads: int | None = None,
+        *,
+        filter: str | None = None,
+        **settings: object,
+    ) -> None:
+        given = {"error": error, "photons": photons, "seed": seed, **settings}
+        self._asked = wish(sensor, method, given, threads, filter)
+        self._gathering = _nephroid.Gathering(checked_scene(scene), self._asked)
+
+    def next(self, progress: Callable[[Progress], object] | None = None) -> Step | Film | None:
+        """The step that is needed next: the same one until all of its parts are there. The film, if none is needed.
+        None if ``progress`` stopped what is done here."""
+        found = self._gathering.next(progress)
+        if found is None or isinstance(found, Film):
+            return found
+        step, key, work, most, _ = found
+        return Step(key, work, most, step, self._asked)
+
+    def add(self, part: bytes, index: int, count: int) -> None:
+        """Adds part ``index`` of ``count`` of the step that :meth:`next` told. Parts of another step, of another run or
+        of another ``count`` are refused."""
+        self._gathering.add(part, index, count)
+
+    @property
+    def relative_error(self) -> float | None:
+        """The error of the steps that are whole; None while it is not known."""
+        return self._gathering.relative_error
