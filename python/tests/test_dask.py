@@ -21,7 +21,7 @@ import pytest
 import nephroid as ne
 from conftest import ROOT, SCENES, SMALL_VIEW
 
-distributed = pytest.importorskip("distributed", reason='no distributed: pip install "nephroid[dask]"')
+distributed = pytest.importorskip("distributed", reason='no distributed: pip install "distributed>=2024.8"')
 
 import dask.config  # noqa: E402
 from dask.utils import parse_timedelta  # noqa: E402
@@ -825,4 +825,4 @@ def test_nephroid_alone_does_not_import_dask():
     assert said.stdout.strip() == "set()"
     code = "import sys; sys.modules['distributed'] = None; import nephroid.dask"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert said.returncode == 1 and 'pip install "nephroid[dask]"' in said.stderr, said.stderr
+    assert said.returncode == 1 and 'pip install "distributed>=2024.8"' in said.stderr, said.stderr

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 import nephroid as ne
-from conftest import SCENES
+from conftest import SCENES, SMALL_VIEW
 
 GLASS = SCENES / "glass-ball.xml"
 #: More photons than any test waits for.
@@ -172,3 +173,42 @@ def test_two_threads_render_at_once():
         thread.join()
     assert np.array_equal(films[0].value, ne.render(scene, photons=65536, seed=0).value)
     assert not np.array_equal(films[0].value, films[1].value)
+
+
+#: Reads a scene, a step and numbers of parts, and writes the parts.
+_MAKE = """
+import pickle, sys
+scene, step, numbers, count = pickle.load(sys.stdin.buffer)
+sys.stdout.buffer.write(pickle.dumps([step.part(scene, i, count) for i in numbers]))
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="GLIBC_TUNABLES is of Linux")
+@pytest.mark.parametrize("count", [1, 3, 7])
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"method": "photons", "error": "2%", "replicates": 8},
+        {"method": "beams", "error": "1%"},
+        {"method": "path", "sensor": "eye", "spp": 4, "replicates": 2},
+        {"method": "photon-map", "sensor": "eye", "seen": "anyhow", "photons": 7 * 1024, "map_photons": 512, "replicates": 7},
+    ],
+)
+def test_parts_from_an_older_processors_c_library_fit_those_from_here_to_the_bit(settings, count):
+    """Every second part is made where the C library takes its plain functions."""
+    plain = {**os.environ, "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-AVX512F,-FMA,-FMA4"}
+    scene = ne.load_string(SMALL_VIEW) if "sensor" in settings else ne.load_file(GLASS, size=16)
+    run = ne.RunInParts(scene, **settings)
+    while not isinstance(step := run.next(), ne.Film):
+        parts = min(count, step.most_parts)
+        for numbers, env in ((range(1, parts + 1, 2), plain), (range(2, parts + 1, 2), None)):
+            asked = pickle.dumps((scene, step, list(numbers), parts))
+            done = subprocess.run([sys.executable, "-c", _MAKE], input=asked, env=env, capture_output=True, check=True)
+            for number, part in zip(numbers, pickle.loads(done.stdout), strict=True):
+                run.add(part, number, parts)
+    whole = ne.render(scene, **settings)
+    assert step.layers == whole.layers and max(step[name].value.max() for name in step.layers) > 0
+    for name in whole.layers:
+        for part in ("value", "lo", "hi", "stderr"):
+            one, other = getattr(step[name], part), getattr(whole[name], part)
+            assert (one is None) == (other is None) and (one is None or one.tobytes() == other.tobytes()), (name, part)
