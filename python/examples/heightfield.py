@@ -3,9 +3,11 @@
     pip install ./python mitsuba
     python python/examples/heightfield.py [SIZE]
 
-An optimiser looks for the two waves that throw a given caustic onto the floor. It sees images by Mitsuba's `ptracer`, whose
-noise is part of its loss. The truth says how far each step is from the goal: an interval that holds, so that of two steps
-whose intervals do not overlap one is surely better.
+An optimiser looks for the two waves that throw a given caustic onto the floor. It works with images by Mitsuba's `ptracer`,
+whose noise is part of its loss. The truth says how far each step is from the goal, as an interval. It holds all that the
+bounds of the films allow: if those of two steps do not overlap, one is better.
+
+SIZE is the width of the images, a multiple of 8.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ import nephroid as ne
 
 Array = NDArray[np.float64]
 
-#: Amplitudes of the waves that threw the caustic, in units of the pool's half width.
+#: Amplitudes of the waves that threw the caustic, in the scene's units.
 GOAL = np.array([0.03, -0.02])
 #: Vertices each way of the water, and how far it reaches.
 VERTICES, REACH = 49, 1.5
@@ -81,7 +83,8 @@ class Optimiser:
         self._water = mi.traverse(surface)
         self._water["faces"] = faces().ravel()
         self._place(np.zeros(2))
-        self._scene = mi.load_dict({**pool(surface, size), "integrator": {"type": "ptracer", "max_depth": 8}})
+        # Lamp, water, floor and camera: what the truth's beams follow.
+        self._scene = mi.load_dict({**pool(surface, size), "integrator": {"type": "ptracer", "max_depth": 4}})
         self._water = mi.traverse(self._scene)
 
     def _place(self, amplitudes: Array, key: str = "vertex_positions") -> None:
@@ -108,6 +111,8 @@ class Optimiser:
 def blurred(image: Array) -> Array:
     """Means over an eighth of the image each way."""
     side = image.shape[0] // 8
+    if 8 * side != image.shape[0]:
+        raise ValueError(f"the size is {image.shape[0]}; allowed are multiples of 8")
     means: Array = image.reshape(8, side, 8, side, 3).mean((1, 3))
     return means
 
@@ -147,7 +152,8 @@ class Judge:
 def fit(size: int, steps: int = 6) -> list[tuple[Array, tuple[float, float]]]:
     """The amplitudes before each step and after the last, each with its distance from the goal."""
     mi.set_variant("scalar_rgb")
-    mi.set_log_level(mi.LogLevel.Warn)
+    # Without its bars of progress.
+    mi.logger().clear_appenders()
     judge = Judge(size)
     optimiser = Optimiser(np.asarray(judge.goal.value), size)
     amplitudes = np.array([0.01, 0.01])

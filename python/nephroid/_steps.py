@@ -3,36 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from . import _nephroid
 from ._nephroid import Film, Progress, Scene
-from ._text import checked_scene, wish
+from ._text import checked_scene, checked_threads, wish
 
 
 @dataclass(frozen=True)
 class Step:
     """A round of photons or paths, or a pass of beams. It can be pickled, and sent to other processes."""
 
-    #: The same for steps that are made from the same, whatever run they are of: a name for what is kept of them.
+    #: The same for steps that are made from the same, whatever run they are of. With a part's ``index`` and ``count`` it
+    #: names what is kept.
     key: str
     #: Its work: photons, paths (of photon maps, those of photons and of cameras together), or rays of beams, as forecast.
     work: int
     #: The most parts that it can be made in.
     most_parts: int
-    _step: str
-    _asked: Any
+    _step: str = field(repr=False)
+    _asked: Any = field(repr=False, hash=False)
 
     def part(
-        self, scene: Scene, index: int, count: int, progress: Callable[[Progress], object] | None = None
+        self,
+        scene: Scene,
+        index: int,
+        count: int,
+        threads: int | None = None,
+        progress: Callable[[Progress], object] | None = None,
     ) -> bytes | None:
-        """Makes part ``index`` (from 1 on) of ``count``: its sums. None if ``progress`` stopped it."""
-        return _nephroid.part(checked_scene(scene), self._step, index, count, self._asked, progress)
+        """Makes part ``index`` (from 1 on) of ``count``: its sums. It takes all cores, or so many ``threads``. None if
+        ``progress`` stopped it."""
+        asked: Any = {**self._asked, "threads": checked_threads(threads)}
+        return _nephroid.part(checked_scene(scene), self._step, index, count, asked, progress)
 
 
 class RunInParts:
-    """A run whose steps are made in parts, anywhere and in any order. Its film has the bits of :func:`render`.
+    """A run whose steps are made in parts, anywhere and in any order. Its film has the bits of :func:`render` with the
+    same sensor, method and settings.
 
     >>> run = ne.RunInParts(scene, method="beams", error=0.001)
     >>> while not isinstance(step := run.next(), ne.Film):
@@ -41,7 +50,8 @@ class RunInParts:
     >>> film = step
 
     Methods are ``photons``, which is the default, ``photon-map``, ``path`` and ``beams``. A run ends at a relative ``error``,
-    or after its work; a ``time`` is refused. What steps find decides which come next.
+    or after its work; a ``time`` is refused. What steps find decides which come next. ``threads`` are those of what is
+    done here: parts have their own.
     """
 
     def __init__(
@@ -63,7 +73,7 @@ class RunInParts:
 
     def next(self, progress: Callable[[Progress], object] | None = None) -> Step | Film | None:
         """The step that is needed next: the same one until all of its parts are there. The film, if none is needed.
-        None if ``progress`` stopped what is done here."""
+        None if ``progress`` stopped what is done here, and from then on: a run that was stopped is over."""
         found = self._gathering.next(progress)
         if found is None or isinstance(found, Film):
             return found

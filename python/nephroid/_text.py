@@ -50,8 +50,6 @@ def wish(
     memory: int | None = None,
 ) -> _Wish:
     """A wish for a run, as the compiled half takes it."""
-    if threads is not None and not 1 <= threads <= 1024:
-        raise SettingError(f'threads is "{threads}"; allowed are whole numbers 1..=1024')
     if filter not in (None, "box"):
         raise SettingError(f'filter is "{filter}"; allowed are box and None, which is the scene\'s')
     return {
@@ -59,10 +57,17 @@ def wish(
         "method": None if method is None else method.replace("_", "-"),
         "settings": settings_as_text(given),
         "is_box": filter == "box",
-        "threads": threads,
+        "threads": checked_threads(threads),
         "cache": None if cache is None else os.fspath(cache),
         "memory": memory,
     }
+
+
+def checked_threads(threads: int | None) -> int | None:
+    """A number of threads that can be."""
+    if threads is not None and not 1 <= threads <= 1024:
+        raise SettingError(f'threads is "{threads}"; allowed are whole numbers 1..=1024')
+    return threads
 
 
 def is_of_mitsuba(value: object, *names: str) -> bool:

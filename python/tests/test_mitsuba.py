@@ -79,8 +79,8 @@ def test_the_example_fits_a_heightfield_and_says_which_steps_are_better(capsys):
     found.loader.exec_module(example)
     steps = example.fit(32)
     assert "step 6" in capsys.readouterr().out
-    # From the start on, each of four steps is surely better: their intervals do not overlap.
-    for (_, (least, _)), (_, (_, most)) in zip(steps[:4], steps[1:5], strict=True):
+    # From the start on, each of three steps is better: their intervals do not overlap.
+    for (_, (least, _)), (_, (_, most)) in zip(steps[:3], steps[1:4], strict=True):
         assert most < least
     # The goal's own distance from itself is not above zero, and what the bounds leave open is less than any of those steps.
     judge = example.Judge(32)
