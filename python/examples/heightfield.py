@@ -153,7 +153,7 @@ def fit(size: int, steps: int = 6) -> list[tuple[Array, tuple[float, float]]]:
     """The amplitudes before each step and after the last, each with its distance from the goal."""
     mi.set_variant("scalar_rgb")
     # Without its bars of progress.
-    mi.logger().clear_appenders()
+    mi.logger().clear_appenders()  # type: ignore[operator]
     judge = Judge(size)
     optimiser = Optimiser(np.asarray(judge.goal.value), size)
     amplitudes = np.array([0.01, 0.01])
