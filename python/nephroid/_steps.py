@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from . import _nephroid
@@ -22,6 +23,8 @@ class Step:
     work: int
     #: The most parts that it can be made in.
     most_parts: int
+    #: The most work that may follow it.
+    left: int
     _step: str = field(repr=False)
     _asked: Any = field(repr=False, hash=False)
 
@@ -37,6 +40,25 @@ class Step:
         ``progress`` stopped it."""
         asked: Any = {**self._asked, "threads": checked_threads(threads)}
         return _nephroid.part(checked_scene(scene), self._step, index, count, asked, progress)
+
+    def _doubled(self) -> Step:
+        """The round after a round, if it has twice as much work: spelt as the run spells it. Its key and what is left
+        after it are not known."""
+        now = json.loads(self._step)["round"]
+        each, before = now["each"], now["before"]
+        doubled = {**now, "number": now["number"] + 1, "each": 2 * each, "before": before + each}
+        return replace(self, work=2 * self.work, _step=json.dumps({"round": doubled}, separators=(",", ":")))
+
+
+def next_step(
+    gathering: _nephroid.Gathering, asked: Any, progress: Callable[[Progress], object] | None
+) -> Step | Film | None:
+    """The step that a run needs next; the film, if none is needed. None if ``progress`` stopped it."""
+    found = gathering.next(progress)
+    if found is None or isinstance(found, Film):
+        return found
+    step, key, work, most, left = found
+    return Step(key, work, most, left, step, asked)
 
 
 class RunInParts:
@@ -74,11 +96,7 @@ class RunInParts:
     def next(self, progress: Callable[[Progress], object] | None = None) -> Step | Film | None:
         """The step that is needed next: the same one until all of its parts are there. The film, if none is needed.
         None if ``progress`` stopped what is done here, and from then on: a run that was stopped is over."""
-        found = self._gathering.next(progress)
-        if found is None or isinstance(found, Film):
-            return found
-        step, key, work, most, _ = found
-        return Step(key, work, most, step, self._asked)
+        return next_step(self._gathering, self._asked, progress)
 
     def add(self, part: bytes, index: int, count: int) -> None:
         """Adds part ``index`` of ``count`` of the step that :meth:`next` told. Parts of another step, of another run or

@@ -15,7 +15,6 @@ import hashlib
 import heapq
 import importlib.util
 import itertools
-import json
 import math
 import os
 import queue
@@ -42,6 +41,7 @@ except ImportError as _missing:
 from . import _nephroid
 from ._errors import Error, SettingError
 from ._nephroid import Film, Scene, StudyProgress
+from ._steps import Step, next_step
 from ._study import Report, _asked, _read
 from ._text import checked_scene, wish
 
@@ -184,41 +184,40 @@ def render(
         now = Progress(done, expected, unit, gathering.relative_error, time.monotonic() - start)
         return progress is None or progress(now) is not False
 
-    def cut(step: str, work: int, most: int) -> list[_Task]:
-        count = min(most, tasks or max(1, work // _TASK_WORK))
+    def cut(step: Step) -> list[_Task]:
+        count = min(step.most_parts, tasks or max(1, step.work // _TASK_WORK))
         # Of a round begun early, too, which has the same if it is wanted.
-        name = f"nephroid-part-{hashlib.sha256(step.encode()).hexdigest()[:32]}"
-        return [_Task(f"{name}-{i}-of-{count}", _part, scene, (step, i, count, asked)) for i in range(1, count + 1)]
+        name = f"nephroid-part-{hashlib.sha256(step._step.encode()).hexdigest()[:32]}"
+        return [_Task(f"{name}-{i}-of-{count}", _part, scene, (step, i, count)) for i in range(1, count + 1)]
 
     goal = _goal(error) if overlap else None
     with _Call(client, tell) as call:
-        while not isinstance(found := gathering.next(lambda _: tell()), Film):
-            if found is None:
+        while not isinstance(step := next_step(gathering, asked, lambda _: tell()), Film):
+            if step is None:
                 return None
-            step, key, work, most, left = found
-            before, expected = done, done + work
+            before, expected = done, done + step.work
             todo = []
-            for task in cut(step, work, most):
-                _, i, count, _ = task.arguments
-                if kept is not None and _is_added(gathering, kept / _kept_name(key, i, count), i, count):
-                    done += _share(work, i, count)
+            for task in cut(step):
+                _, i, count = task.arguments
+                if kept is not None and _is_added(gathering, kept / _kept_name(step.key, i, count), i, count):
+                    done += _share(step.work, i, count)
                 else:
                     todo.append(task)
             # A run that goes on from a folder finds parts of later rounds there: none are made before their time.
             is_new = done == before
-            is_doubled = is_new and _is_doubled(gathering.relative_error, goal, before, work, left)
-            later = cut(_doubled(step), 2 * work, most) if is_doubled else []
+            is_doubled = is_new and _is_doubled(gathering.relative_error, goal, before, step.work, step.left)
+            later = cut(step._doubled()) if is_doubled else []
             try:
                 for task, part in call.results(todo, later):
-                    _, i, count, _ = task.arguments
+                    _, i, count = task.arguments
                     gathering.add(part, i, count)
-                    done += _share(work, i, count)
+                    done += _share(step.work, i, count)
                     if kept is not None:
-                        _write(kept / _kept_name(key, i, count), part)
+                        _write(kept / _kept_name(step.key, i, count), part)
             except _Stopped:
                 return None
     tell()
-    return found
+    return step
 
 
 def validate(
@@ -540,14 +539,6 @@ def _is_doubled(error: float | None, goal: float | None, done: int, count: int, 
     return _CAUTION * done * (error / goal) ** 2 - (done + count) > count
 
 
-def _doubled(step: str) -> str:
-    """The round after a round, if it has twice as much work: spelt as the run spells it."""
-    now = json.loads(step)["round"]
-    each, before = now["each"], now["before"]
-    doubled = {**now, "number": now["number"] + 1, "each": 2 * each, "before": before + each}
-    return json.dumps({"round": doubled}, separators=(",", ":"))
-
-
 def _keep(folder: Path, files: Mapping[str, bytes]) -> None:
     """Writes the files of a run; the one that stands for all of them last."""
     for name in sorted(files, key=lambda name: (name.endswith(".json"), not name.endswith(".time.json"))):
@@ -658,10 +649,10 @@ def _work(function: Callable[[Any, Callable[[object], bool]], Any], given: Any) 
     return result
 
 
-def _part(source: str, scene: Scene, step: str, index: int, count: int, asked: Any) -> bytes:
+def _part(source: str, scene: Scene, step: Step, index: int, count: int) -> bytes:
     """The sums of a part of a step of a run."""
     _check(source)
-    part: bytes = _work(lambda given, told: _nephroid.part(scene, step, index, count, given, told), asked)
+    part: bytes = _work(lambda given, told: step.part(scene, index, count, given["threads"], told), {})
     return part
 
 

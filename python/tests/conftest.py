@@ -26,6 +26,18 @@ SMALL_VIEW = """
 """
 
 
+def assert_same(a, b):
+    """Films are the same to the last bit."""
+    assert a is not None and a.layers == b.layers and a.complete == b.complete
+    for name in a.layers:
+        for part in ("value", "lo", "hi", "stderr"):
+            one, other = getattr(a[name], part), getattr(b[name], part)
+            assert (one is None) == (other is None), (name, part)
+            assert one is None or one.tobytes() == other.tobytes(), (name, part)
+    assert (a.ledger, a.report, a.relative_error) == (b.ledger, b.report, b.relative_error)
+    assert a.warnings == b.warnings
+
+
 @pytest.fixture(scope="session")
 def program() -> str:
     """The program, from NEPHROID or from the repository's target folder."""

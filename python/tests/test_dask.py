@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import nephroid as ne
-from conftest import ROOT, SCENES, SMALL_VIEW
+from conftest import ROOT, SCENES, SMALL_VIEW, assert_same
 
 distributed = pytest.importorskip("distributed", reason='no distributed: pip install "distributed>=2024.8"')
 
@@ -66,18 +66,6 @@ def interruptible():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
-
-
-def assert_same(a, b):
-    """Films are the same to the last bit."""
-    assert a is not None and a.layers == b.layers and a.complete == b.complete
-    for name in a.layers:
-        for part in ("value", "lo", "hi", "stderr"):
-            one, other = getattr(a[name], part), getattr(b[name], part)
-            assert (one is None) == (other is None), (name, part)
-            assert one is None or one.tobytes() == other.tobytes(), (name, part)
-    assert (a.ledger, a.report, a.relative_error) == (b.ledger, b.report, b.relative_error)
-    assert a.warnings == b.warnings
 
 
 def _is_working(dask_worker):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import nephroid as ne
-from conftest import SCENES, SMALL_VIEW
+from conftest import SCENES, SMALL_VIEW, assert_same
 
 METHODS = [
     ("glass-ball.xml", None, {"error": 0.05}),
@@ -123,11 +123,8 @@ def test_shards_of_paths_and_photon_maps_are_the_run_in_one_piece(method, settin
     scene = ne.load_string(SMALL_VIEW)
     parts = [ne.shard(scene, i, 3, method=method, **settings) for i in (3, 1, 2)]
     merged, whole = ne.merge(scene, parts, **settings), ne.render(scene, method=method, **settings)
-    assert merged.method == whole.method == method and list(merged.layers) == list(whole.layers)
-    for name in whole.layers:
-        for part in ("value", "lo", "hi", "stderr"):
-            one, other = getattr(merged[name], part), getattr(whole[name], part)
-            assert (one is None) == (other is None) and (one is None or one.tobytes() == other.tobytes())
+    assert merged.method == whole.method == method
+    assert_same(merged, whole)
     with pytest.raises(ne.Error, match="needs each of them once"):
         ne.merge(scene, parts[:2], **settings)
 
@@ -209,6 +206,4 @@ def test_a_run_step_by_step_in_parts_of_any_order_has_the_bits_of_one(settings):
     whole = ne.render(scene, **{"method": "photons", **settings})
     assert len(steps) > 1 or "method" in settings
     assert max(counts) > 1
-    assert step.layers == whole.layers and step.report == whole.report
-    for name in whole.layers:
-        assert step[name].value.tobytes() == whole[name].value.tobytes()
+    assert_same(step, whole)
