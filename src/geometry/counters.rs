@@ -18,7 +18,7 @@
 pub struct TraversalCounters {
     /// Number of rays searched for.
     pub rays: u64,
-    /// Number of box tests: nodes of the tree visited.
+    /// Number of nodes of trees visited, once for all rays that visit one together.
     pub node_visits: u64,
     /// Number of exact intersection tests.
     pub primitive_tests: u64,

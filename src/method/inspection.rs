@@ -152,8 +152,8 @@ pub struct MeshLine {
     pub signed_volume: f64,
 }
 
-impl From<MeshDiagnostics> for MeshLine {
-    fn from(found: MeshDiagnostics) -> Self {
+impl From<&MeshDiagnostics> for MeshLine {
+    fn from(found: &MeshDiagnostics) -> Self {
         Self {
             closed: found.is_closed(),
             components: found.components,

@@ -15,6 +15,7 @@ use nephroid::internals::geometry::TraversalCounters;
 use nephroid::internals::scene::Scene;
 use nephroid::internals::setting::{Given, Values};
 use nephroid::internals::transport::first_surface::Source;
+use nephroid::internals::transport::path_end::next_hit;
 use nephroid::internals::transport::scatter::Way;
 
 use super::approximate_ball::{ApproximateBall, BALL, fresnel, schlick};
@@ -65,16 +66,8 @@ impl Row {
     }
 
     fn front_of(scene: &Scene, view: &LightView, at: DVec2) -> Option<Front> {
-        let mut counters = TraversalCounters::default();
-        let precision = Precision::Exact;
-        front(
-            scene,
-            view.ray(at),
-            Mode::Refraction,
-            precision,
-            &mut counters,
-        )
-        .unwrap()
+        let found = next_hit(scene, view.ray(at), &mut TraversalCounters::default());
+        front(scene, found, Mode::Refraction, Precision::Exact).unwrap()
     }
 
     /// The photon of a column, if it meets the object.
@@ -323,10 +316,9 @@ fn traced_and_mirrored_photons_have_the_balls_curvatures_too() {
         fresnel: Fresnel::None,
         wanted: Wanted::Curvatures,
     };
-    let through = arrival
-        .through(&mut TraversalCounters::default())
-        .unwrap()
-        .lens;
+    let (first, inside) = arrival.entered().unwrap();
+    let found = next_hit(&row.scene, inside, &mut TraversalCounters::default());
+    let through = arrival.through(&first, found).unwrap().lens;
     let ray = BALL.trace(row.slope(column), |seen| seen).unwrap();
     // A chord at the angle of refraction.
     let chord = 2.0 * (ray.incidence.sin() / 1.5).asin().cos();

@@ -6,7 +6,18 @@ use nephroid::internals::geometry::{Mesh, MeshDiagnostics, MeshError, MeshParts}
 use crate::support::geometry::{bumpy_torus, icosphere, mesh, placed};
 
 fn diagnose(parts: MeshParts) -> MeshDiagnostics {
-    mesh(parts).diagnose()
+    mesh(parts).diagnose().clone()
+}
+
+#[test]
+fn defects_are_found_once_and_change_nothing_of_a_mesh() {
+    let asked = mesh(icosphere(2));
+    let fresh = asked.clone();
+    let first = asked.diagnose();
+    assert!(std::ptr::eq(first, asked.diagnose()));
+    assert_eq!(asked, fresh);
+    assert_ne!(asked, mesh(icosphere(1)));
+    assert_eq!(first, fresh.diagnose());
 }
 
 /// All of `parts` in one mesh.

@@ -213,7 +213,7 @@ fn many_rays_among_many_meshes_wait_for_memory_together() {
         })
         .collect();
     let world = World::new(shapes);
-    assert!(world.takes_turns(), "192,000 faces in one tree");
+    assert!(world.gains_by_many(), "192,000 faces in one tree");
     let segments: Vec<Segment> = (0..3000)
         .map(|i| Segment {
             ray: Ray::new(random.in_cube() * 5.0, random.direction()),

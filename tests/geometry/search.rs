@@ -73,8 +73,8 @@ fn many_rays_at_a_time_hit_what_each_hits_alone() {
             shapes.rotate_right(1);
         }
         let world = World::new(shapes);
-        assert_eq!(world.waits_for_memory(), count % 2 == 1);
-        assert_eq!(world.takes_turns(), count == 1, "{count} balls");
+        // Ten shapes have a tree over them, which rays go down one by one.
+        assert_eq!(world.gains_by_many(), count == 1, "{count} balls");
         let mut random = Random(23);
         let segments: Vec<Segment> = (0..3000)
             .map(|i| Segment {
@@ -96,6 +96,57 @@ fn many_rays_at_a_time_hit_what_each_hits_alone() {
         assert_eq!(together, alone, "{count} balls");
         world.closest_hits(&[], &mut found, &mut together);
         assert!(found.is_empty());
+    }
+}
+
+#[test]
+fn rays_of_an_image_visit_nodes_together_and_hit_what_each_hits_alone() {
+    let mut shapes = random_balls(5);
+    shapes.push(Shape::Mesh(mesh(bumpy_torus(200, 50))));
+    let world = World::new(shapes);
+    // Of all sides, along axes and not: directions have all signs, and some have zeros.
+    for eye in [
+        DVec3::new(2.0, -3.0, 2.0),
+        DVec3::new(-4.0, 0.0, 0.0),
+        DVec3::new(0.0, 0.0, -3.0),
+        DVec3::new(1.0, 0.1, 0.0),
+    ] {
+        let forward = -eye.normalize();
+        let (right, up) = forward.any_orthonormal_pair();
+        let segments: Vec<Segment> = (0..128 * 128)
+            .map(|pixel| {
+                let at = |k: i32| 0.8 * (f64::from(k) / 64.0 - 1.0);
+                let towards = forward + right * at(pixel % 128) + up * at(pixel / 128);
+                Segment {
+                    ray: Ray::new(eye, towards.normalize()),
+                    // Some end before the torus, or within it.
+                    length: match pixel % 3 {
+                        2 => 0.05 * f64::from(pixel % 100),
+                        _ => f64::INFINITY,
+                    },
+                }
+            })
+            .collect();
+        let [mut together, mut alone] = [TraversalCounters::default(); 2];
+        let mut found = Vec::new();
+        for row in segments.chunks(128) {
+            world.closest_hits(row, &mut found, &mut together);
+            let expected: Vec<Option<Hit>> = row
+                .iter()
+                .map(|it| world.closest_hit(&it.ray, it.length, &mut alone))
+                .collect();
+            assert_eq!(found, expected, "from {eye}");
+        }
+        assert_eq!(together.rays, alone.rays);
+        // Eight at a time: half leaves room for packets whose rays part, or end early.
+        let [few, many] = [together, alone].map(|it| it.node_visits);
+        assert!(2 * few < many, "from {eye}: {few} of {many} visits");
+        // Few look at faces beyond their hits: that would be two and more a ray here.
+        let [together, alone] = [together, alone].map(|it| it.primitive_tests);
+        assert!(
+            10 * together < 11 * alone,
+            "from {eye}: {together} tests, not {alone}"
+        );
     }
 }
 

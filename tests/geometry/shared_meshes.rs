@@ -26,7 +26,8 @@ fn closed_meshes_are_found_closed_and_outward() {
         let Some(parts) = shared_mesh(name) else {
             continue;
         };
-        let found = mesh(parts).diagnose();
+        let mesh = mesh(parts);
+        let found = mesh.diagnose();
         assert!(found.is_closed() && !found.is_inward(), "{name}: {found}");
     }
 }
@@ -43,7 +44,8 @@ fn open_and_non_manifold_meshes_are_found_out() {
         let Some(parts) = shared_mesh(name) else {
             continue;
         };
-        let found = mesh(parts).diagnose();
+        let mesh = mesh(parts);
+        let found = mesh.diagnose();
         assert_eq!(found.open_edges.count, open, "{name}: {found}");
         assert_eq!(
             found.non_manifold_edges.count, non_manifold,

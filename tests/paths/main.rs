@@ -8,6 +8,7 @@ mod camera;
 mod closed_forms;
 mod estimators;
 mod full;
+mod next_surface;
 mod pairwise;
 mod parts;
 

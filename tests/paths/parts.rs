@@ -10,7 +10,7 @@ use nephroid::internals::scene::{ReconstructionFilter, Scene};
 use crate::support::parts::{gathered, merged, opened};
 use crate::support::paths::{BOX, bits, camera, film, scene};
 
-/// A glass ball under a lamp, of which most of the image's upper part is dark: some parts of it lack some classes.
+/// A glass ball under a lamp, beside a smaller one made of faces, of which most of the image's upper part is dark: some parts of it lack some classes.
 fn room([width, height]: [u32; 2], filter: &str) -> Scene {
     let film = film(width, height, filter);
     scene(&format!(
@@ -18,9 +18,13 @@ fn room([width, height]: [u32; 2], filter: &str) -> Scene {
          <bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.7, 0.5, 0.3\"/></bsdf></shape>\
          <shape type=\"sphere\"><point name=\"center\" value=\"0, 0, -0.4\"/><float name=\"radius\" value=\"0.5\"/>\
          <bsdf type=\"dielectric\"/></shape>\
+         <shape type=\"ply\"><string name=\"filename\" value=\"{}/scenes/glass-ball-mesh.ply\"/>\
+         <transform name=\"to_world\"><scale value=\"0.3\"/><translate x=\"-0.5\" z=\"-0.6\"/></transform>\
+         <bsdf type=\"dielectric\"/></shape>\
          <shape type=\"sphere\"><point name=\"center\" value=\"0, 1, 2\"/><float name=\"radius\" value=\"0.3\"/>\
          <emitter type=\"area\"><rgb name=\"radiance\" value=\"2, 3, 4\"/></emitter></shape>",
-        camera(25.0, &film)
+        camera(25.0, &film),
+        env!("CARGO_MANIFEST_DIR")
     ))
 }
 

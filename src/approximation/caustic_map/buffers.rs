@@ -7,7 +7,6 @@ use super::variants::{BackFaces, Mode};
 use crate::approximation::{LightView, Precision};
 use crate::geometry::{Hit, Ray, Shape, SurfaceElement, SurfacePoint, TraversalCounters};
 use crate::scene::{Material, Scene};
-use crate::transport::path_end::next_hit;
 
 /// A pixel of the photon buffer: where the light's ray meets a specular object.
 #[derive(Clone, Copy, Debug)]
@@ -55,8 +54,8 @@ pub fn is_open(shape: &Shape) -> bool {
     }
 }
 
-/// The place where a ray of the light first meets a specular object; `Ok(None)` where it meets anything else,
-/// or nothing.
+/// A specular object, where a ray of the light first meets it; `Ok(None)` where it meets anything else, or
+/// nothing. `found` is what it meets first, and the ray to that.
 ///
 /// # Errors
 ///
@@ -64,12 +63,11 @@ pub fn is_open(shape: &Shape) -> bool {
 #[inline]
 pub fn front(
     scene: &Scene,
-    ray: Ray,
+    found: Option<(Ray, Hit)>,
     mode: Mode,
     precision: Precision,
-    counters: &mut TraversalCounters,
 ) -> Result<Option<Front>, Loss> {
-    let Some((ray, hit)) = next_hit(scene, ray, counters) else {
+    let Some((ray, hit)) = found else {
         return Ok(None);
     };
     if !takes_part(scene, scene.material_of(hit.shape), mode) {

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::hit::Canvas;
 use super::loss::Loss;
+use super::refraction::Exit;
 use super::tally::{Left, Tally};
 use super::trace::Tracer;
 use super::variants::{BySteps, Step};
@@ -90,12 +91,9 @@ pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFi
     let side = tracer.view.side();
     let trace_row = |row: usize| {
         let mut done = Dealt::default();
-        let corners: Vec<Corner> = (0..=side)
-            .map(|column| {
-                let at = DVec2::new(column as f64, row as f64) + shift;
-                beams.corner(at, &mut done)
-            })
-            .collect();
+        let at = |column: usize| DVec2::new(column as f64, row as f64) + shift;
+        let points: Vec<DVec2> = (0..=side).map(at).collect();
+        let corners = beams.corners(&points, &mut done);
         (corners, done)
     };
     let tasks: Vec<Dealt> = (0..side.div_ceil(ROWS))
@@ -128,29 +126,52 @@ pub fn deal_beams(tracer: &Tracer, canvas: &Canvas, shift: DVec2, film: &ExactFi
 }
 
 impl Beams<'_> {
-    fn corner(&self, at: DVec2, done: &mut Dealt) -> Corner {
-        let front = match self.tracer.front(at, done.work(Step::View)) {
-            Ok(Some(front)) => front,
-            Ok(None) => return Corner::Beside,
-            Err(loss) => return Corner::Lost(loss, Left::ALL),
-        };
-        let exit = match self.tracer.exit(at, &front, done.work(Step::Refraction)) {
-            Ok(exit) => exit,
-            Err(loss) => return Corner::Lost(loss, Left::ALL),
-        };
-        match self
-            .tracer
-            .landing(&exit, self.canvas, done.work(Step::Hit))
-        {
-            Ok(landing) => Corner::Landed(Landed {
-                at: landing.at,
-                left: exit.left(),
-                canvas: landing.weight,
-                position: landing.position,
-                topology: exit.topology ^ landing.surface.rotate_left(17),
-            }),
-            Err(loss) => Corner::Lost(loss, exit.left()),
+    /// The corners at these image points, an entry each.
+    fn corners(&self, points: &[DVec2], done: &mut Dealt) -> Vec<Corner> {
+        let mut corners = vec![Corner::Beside; points.len()];
+        let mut arriving = Vec::new();
+        let fronts = self.tracer.fronts(points, done.work(Step::View));
+        // Of what is under way, which corner it is.
+        let mut under_way = Vec::new();
+        for (index, front) in fronts.into_iter().enumerate() {
+            match front {
+                Ok(Some(front)) => {
+                    arriving.push((points[index], front));
+                    under_way.push(index);
+                }
+                Ok(None) => {}
+                Err(loss) => corners[index] = Corner::Lost(loss, Left::ALL),
+            }
         }
+        let mut leaving: Vec<Exit> = Vec::new();
+        let exits = self.tracer.exits(&arriving, done.work(Step::Refraction));
+        let mut exits = exits.into_iter();
+        under_way.retain(|&index| match exits.next() {
+            Some(Ok(exit)) => {
+                leaving.push(exit);
+                true
+            }
+            Some(Err(loss)) => {
+                corners[index] = Corner::Lost(loss, Left::ALL);
+                false
+            }
+            None => false,
+        });
+        let work = done.work(Step::Hit);
+        let landings = self.tracer.landings(&leaving, self.canvas, work);
+        for ((index, exit), landing) in under_way.into_iter().zip(&leaving).zip(landings) {
+            corners[index] = match landing {
+                Ok(landing) => Corner::Landed(Landed {
+                    at: landing.at,
+                    left: exit.left(),
+                    canvas: landing.weight,
+                    position: landing.position,
+                    topology: exit.topology ^ landing.surface.rotate_left(17),
+                }),
+                Err(loss) => Corner::Lost(loss, exit.left()),
+            };
+        }
+        corners
     }
 
     /// Flux \[W\] that a square of the image stands for, by each corner as if all of it landed there; black
@@ -202,9 +223,16 @@ impl Beams<'_> {
             return;
         }
         let half = 0.5 * size;
-        let mut at = |x: f64, y: f64| self.corner(low + DVec2::new(x, y), done);
-        let (top, left, middle) = (at(half, 0.0), at(0.0, half), at(half, half));
-        let (right, bottom) = (at(size, half), at(half, size));
+        let between = [
+            (half, 0.0),
+            (0.0, half),
+            (half, half),
+            (size, half),
+            (half, size),
+        ];
+        let points = between.map(|(x, y)| low + DVec2::new(x, y));
+        let found = self.corners(&points, done);
+        let [top, left, middle, right, bottom] = std::array::from_fn(|i| found[i]);
         let [a, b, c, d] = *corners;
         let quarters = [
             (DVec2::ZERO, [a, top, left, middle]),

@@ -10,7 +10,7 @@ use crate::approximation::{DepthMap, LightView, Receivers};
 use crate::geometry::{Hit, Ray, TraversalCounters};
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
-use crate::transport::path_end::{End, next_hit};
+use crate::transport::path_end::{End, next_hits};
 use crate::transport::screen::Screen;
 
 /// A photon on a receiver.
@@ -46,23 +46,26 @@ pub struct Landing {
     pub surface: u64,
 }
 
-/// What a ray meets that is traced on: the next surface; from an approximate exit point, which may be inside
-/// the object still, the next receiver.
+/// What rays meet that are traced on: the next surface; from an approximate exit point, which may be inside
+/// the object still, the next receiver. An entry each, with the ray to it.
 fn next(
     scene: &Scene,
     receivers: &Receivers,
-    exit: &Exit,
+    exits: &[Exit],
     counters: &mut TraversalCounters,
-) -> Option<(Ray, Hit)> {
-    if exit.may_be_inside {
+) -> Vec<Option<(Ray, Hit)>> {
+    // All are of one variant of `refraction`.
+    if exits.iter().all(|exit| !exit.may_be_inside) {
+        return next_hits(scene, exits.iter().map(|exit| exit.ray), counters);
+    }
+    let next = |exit: &Exit| {
         let (hit, _) = receivers.first(&exit.ray, counters)?;
         Some((exit.ray, hit))
-    } else {
-        next_hit(scene, exit.ray, counters)
-    }
+    };
+    exits.iter().map(next).collect()
 }
 
-/// A photon whose ray is traced to the next surface.
+/// Photons whose rays are traced to the next surface, an entry each.
 ///
 /// # Errors
 ///
@@ -70,45 +73,53 @@ fn next(
 pub fn traced(
     scene: &Scene,
     receivers: &Receivers,
-    exit: &Exit,
+    exits: &[Exit],
     counters: &mut TraversalCounters,
-) -> Result<Place, Loss> {
-    let (ray, hit) = next(scene, receivers, exit, counters).ok_or(Loss::NoReceiver)?;
-    if scene.material_of(hit.shape).is_specular(scene.materials()) {
-        return Err(Loss::Specular);
-    }
-    let point = scene.world().bounce_point(&ray, &hit);
-    let element = scene.world().element(&hit);
-    Ok(Place {
-        position: point.position,
-        normal: point.geometric_normal,
-        surface: u64::from(element.shape) << 32 | u64::from(element.face.unwrap_or(0)),
-    })
+) -> Vec<Result<Place, Loss>> {
+    let place = |found: Option<(Ray, Hit)>| {
+        let (ray, hit) = found.ok_or(Loss::NoReceiver)?;
+        if scene.material_of(hit.shape).is_specular(scene.materials()) {
+            return Err(Loss::Specular);
+        }
+        let point = scene.world().bounce_point(&ray, &hit);
+        let element = scene.world().element(&hit);
+        Ok(Place {
+            position: point.position,
+            normal: point.geometric_normal,
+            surface: u64::from(element.shape) << 32 | u64::from(element.face.unwrap_or(0)),
+        })
+    };
+    let found = next(scene, receivers, exits, counters);
+    found.into_iter().map(place).collect()
 }
 
-/// A corner of a beam that is traced to the sensor.
+/// Corners of beams that are traced to the sensor, an entry each.
 ///
 /// # Errors
 ///
-/// Where it meets anything else, or nothing.
+/// Where they meet anything else, or nothing.
 pub fn traced_on_sensor(
     scene: &Scene,
     receivers: &Receivers,
     screen: &Screen,
-    exit: &Exit,
+    exits: &[Exit],
     counters: &mut TraversalCounters,
-) -> Result<Landing, Loss> {
-    let found = next(scene, receivers, exit, counters);
-    // A sensor on a plane also knows what would land beyond its border, where nothing is met.
-    let (ray, hit) = found.map_or((exit.ray, None), |(ray, hit)| (ray, Some(hit)));
-    on_sensor(scene, screen, &ray, hit, counters).ok_or_else(|| {
-        let is_specular = |hit: Hit| scene.material_of(hit.shape).is_specular(scene.materials());
-        match hit {
-            Some(hit) if is_specular(hit) => Loss::Specular,
-            Some(_) => Loss::BesideSensor,
-            None => Loss::NoReceiver,
-        }
-    })
+) -> Vec<Result<Landing, Loss>> {
+    let found = next(scene, receivers, exits, counters);
+    let landing = |(exit, found): (&Exit, Option<(Ray, Hit)>)| {
+        // A sensor on a plane also knows what would land beyond its border, where nothing is met.
+        let (ray, hit) = found.map_or((exit.ray, None), |(ray, hit)| (ray, Some(hit)));
+        on_sensor(scene, screen, &ray, hit, counters).ok_or_else(|| {
+            let is_specular =
+                |hit: Hit| scene.material_of(hit.shape).is_specular(scene.materials());
+            match hit {
+                Some(hit) if is_specular(hit) => Loss::Specular,
+                Some(_) => Loss::BesideSensor,
+                None => Loss::NoReceiver,
+            }
+        })
+    };
+    exits.iter().zip(found).map(landing).collect()
 }
 
 /// A corner of a beam that marched to a receiver, where a look-up would place it: along the light's ray.

@@ -111,18 +111,26 @@ pub fn photons(tracer: &Tracer, shift: DVec2) -> Traced {
     all
 }
 
+/// The middle of a pixel, shifted by `shift` pixels.
+fn point([column, row]: [usize; 2], shift: DVec2) -> DVec2 {
+    DVec2::new(column as f64, row as f64) + 0.5 + shift
+}
+
 /// Image points of a tile's photons, and whether the whole tile is beside all that is specular.
 fn image_points(tracer: &Tracer, shift: DVec2, tile: [usize; 2]) -> (Vec<DVec2>, bool) {
     let side = tracer.view.side();
     let [columns, rows] = tile.map(|index| index * TILE..((index + 1) * TILE).min(side));
-    let at = |column: usize, row: usize| DVec2::new(column as f64, row as f64) + 0.5 + shift;
     let [low, high] = tracer.window;
     let (first, last) = (
-        at(columns.start, rows.start),
-        at(columns.end - 1, rows.end - 1),
+        point([columns.start, rows.start], shift),
+        point([columns.end - 1, rows.end - 1], shift),
     );
     let is_beside = first.cmpgt(high).any() || last.cmplt(low).any();
-    let points = rows.flat_map(|row| columns.clone().map(move |column| at(column, row)));
+    let points = rows.flat_map(|row| {
+        columns
+            .clone()
+            .map(move |column| point([column, row], shift))
+    });
     (points.collect(), is_beside)
 }
 
@@ -141,29 +149,31 @@ fn through_stages(tracer: &Tracer, shift: DVec2, tile: [usize; 2]) -> Traced {
         tally,
     } = &mut traced;
     let fronts: Vec<Sent<Front>> = timed(&mut stages[Step::View as usize], |work| {
-        let front = |at| {
-            let found = tracer.front(at, work).transpose()?;
+        let found = tracer.fronts(&points, work).into_iter().zip(&points);
+        let front = |(found, &at): (Result<Option<Front>, Loss>, &DVec2)| {
+            let found = found.transpose()?;
             let flux = tracer.strength(at) * tracer.sent(at - 0.5, at + 0.5);
             let sent = Sent { at, flux, what: () };
             kept(tally, &sent, Left::ALL, found)
         };
-        points.into_iter().filter_map(front).collect()
+        found.filter_map(front).collect()
     });
     let exits: Vec<Sent<Exit>> = timed(&mut stages[Step::Refraction as usize], |work| {
-        let exit = |sent: Sent<Front>| {
-            let exit = tracer.exit(sent.at, &sent.what, work);
-            kept(tally, &sent, Left::ALL, exit)
-        };
-        fronts.into_iter().filter_map(exit).collect()
+        let arriving: Vec<(DVec2, Front)> = fronts.iter().map(|it| (it.at, it.what)).collect();
+        let exits = tracer.exits(&arriving, work).into_iter().zip(&fronts);
+        exits
+            .filter_map(|(exit, sent)| kept(tally, sent, Left::ALL, exit))
+            .collect()
     });
     let arrived: Vec<Sent<Arrived>> = timed(&mut stages[Step::Hit as usize], |work| {
-        let arrive = |sent: Sent<Exit>| {
-            let place = tracer.place(&sent.what, work);
+        let leaving: Vec<Exit> = exits.iter().map(|it| it.what).collect();
+        let places = tracer.places(&leaving, work).into_iter().zip(&exits);
+        let arrive = |(place, sent): (Result<Place, Loss>, &Sent<Exit>)| {
             let exit = sent.what;
             let arrived = place.map(|place| Arrived { exit, place });
-            kept(tally, &sent, exit.left(), arrived)
+            kept(tally, sent, exit.left(), arrived)
         };
-        exits.into_iter().filter_map(arrive).collect()
+        places.filter_map(arrive).collect()
     });
     timed(&mut stages[Step::Flux as usize], |work| {
         work.photons += arrived.len() as u64;
@@ -228,10 +238,13 @@ pub fn backs(tracer: &Tracer, shift: DVec2) -> (Backs, Work) {
         .enumerate()
         .map(|(row, pixels)| {
             let mut counters = TraversalCounters::default();
-            for (column, found) in pixels.iter_mut().enumerate() {
-                let at = DVec2::new(column as f64, row as f64) + 0.5 + shift;
-                // Rasterised once: that the front is found again is no work of the technique's.
-                let front = tracer.front(at, &mut Work::default()).ok().flatten();
+            let points: Vec<DVec2> = (0..side)
+                .map(|column| point([column, row], shift))
+                .collect();
+            // Rasterised once: that the fronts are found again is no work of the technique's.
+            let fronts = tracer.fronts(&points, &mut Work::default());
+            for (found, front) in pixels.iter_mut().zip(fronts) {
+                let front = front.ok().flatten();
                 *found = front
                     .and_then(|front| back(tracer.scene, tracer.view, &front, kind, &mut counters));
             }

@@ -15,7 +15,6 @@ use crate::numeric::math;
 use crate::optics::RayDerivative;
 use crate::radiometry::Rgb;
 use crate::scene::Scene;
-use crate::transport::path_end::next_hit;
 use crate::transport::scatter::{Bending, Way};
 
 /// A photon that has left the specular object.
@@ -143,16 +142,27 @@ impl Arrival<'_> {
         bent(arriving, ray.direction, bending, turn)
     }
 
-    /// Refraction by the ray that is traced through the object: `LTT`.
+    /// The front, crossed, and the ray on from there.
     ///
     /// # Errors
     ///
-    /// Where an interface lets nothing through, and where the ray meets no second one.
-    pub fn through(&self, counters: &mut TraversalCounters) -> Result<Exit, Loss> {
+    /// Where it lets nothing through.
+    pub fn entered(&self) -> Result<(Crossing, Ray), Loss> {
+        let first = self.cross(Way::Transmitted).ok_or(Loss::Opaque)?;
+        let ray = self.front.point.spawn(first.direction);
+        Ok((first, ray))
+    }
+
+    /// Refraction by the ray that is traced through the object: `LTT`. `found` is what the ray meets that
+    /// [`entered`](Self::entered) by `first`.
+    ///
+    /// # Errors
+    ///
+    /// Where the ray meets no second interface, or one that lets nothing through.
+    pub fn through(&self, first: &Crossing, found: Option<(Ray, Hit)>) -> Result<Exit, Loss> {
         let (scene, front, wanted) = (self.scene, self.front, self.wanted);
         let way = Way::Transmitted;
-        let first = self.cross(way).ok_or(Loss::Opaque)?;
-        let (inside, hit) = next_hit(scene, front.point.spawn(first.direction), counters)
+        let (inside, hit) = found
             .filter(|(_, hit)| scene.material_of(hit.shape).is_specular(scene.materials()))
             .ok_or(Loss::NoSecondInterface)?;
         let point = scene.world().bounce_point(&inside, &hit);

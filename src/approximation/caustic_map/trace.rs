@@ -1,4 +1,6 @@
-//! One photon from the light view to the canvas: the stages before `splat`, one after the other.
+//! Photons from the light view to the canvas: the stages before `splat`, one after the other.
+//!
+//! Each takes neighbours, whose rays are traced together.
 
 use glam::{DVec2, DVec3};
 
@@ -12,6 +14,7 @@ use super::settings::Settings;
 use super::spread::texels_by_pixel;
 use super::variants::{Flux, Hit, Mode, Refraction};
 use super::work::Work;
+use crate::approximation::interface::Crossing;
 use crate::approximation::{DepthMap, LightView, Receivers};
 use crate::geometry::TraversalCounters;
 use crate::numeric::math;
@@ -19,6 +22,7 @@ use crate::radiometry::Rgb;
 use crate::run::Progress;
 use crate::scene::Scene;
 use crate::transport::first_surface::Source;
+use crate::transport::path_end::next_hits;
 use crate::transport::scatter::Way;
 
 /// All that a photon's way depends on.
@@ -51,116 +55,141 @@ pub struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// Stage `view`: the specular object in an image point; `Ok(None)` where there is none.
+    /// Stage `view`: the specular object in each image point; `Ok(None)` where there is none.
     ///
     /// # Errors
     ///
     /// As of [`front`](super::buffers::front).
-    pub fn front(&self, at: DVec2, work: &mut Work) -> Result<Option<Front>, Loss> {
-        work.photons += 1;
+    pub fn fronts(&self, points: &[DVec2], work: &mut Work) -> Vec<Result<Option<Front>, Loss>> {
         let [low, high] = self.window;
-        if at.cmplt(low).any() || at.cmpgt(high).any() || self.progress.is_stopped() {
-            work.dropped += 1;
-            return Ok(None);
-        }
+        let is_stopped = self.progress.is_stopped();
+        let is_seen = |at: &DVec2| !(is_stopped || at.cmplt(low).any() || at.cmpgt(high).any());
+        let seen = points.iter().filter(|at| is_seen(at));
         let mut counters = TraversalCounters::default();
-        let ray = self.view.ray(at);
-        let found = front(
-            self.scene,
-            ray,
-            self.mode,
-            self.settings.view,
-            &mut counters,
-        );
+        let found = next_hits(self.scene, seen.map(|&at| self.view.ray(at)), &mut counters);
         work.add_rays(counters);
-        work.dropped += u64::from(!matches!(found, Ok(Some(_))));
-        found
+        let mut found = found.into_iter();
+        let fronts = points.iter().map(|at| {
+            let found = is_seen(at).then(|| found.next()).flatten().flatten();
+            front(self.scene, found, self.mode, self.settings.view)
+        });
+        let fronts: Vec<_> = fronts.collect();
+        work.photons += fronts.len() as u64;
+        let dropped = fronts.iter().filter(|front| !matches!(front, Ok(Some(_))));
+        work.dropped += dropped.count() as u64;
+        fronts
     }
 
-    /// Stage `refraction`, and what interfaces take.
+    /// Stage `refraction`, and what interfaces take, of photons at these image points.
     ///
     /// # Errors
     ///
     /// Where the photon does not leave the object.
-    pub fn exit(&self, at: DVec2, front: &Front, work: &mut Work) -> Result<Exit, Loss> {
-        let mut counters = TraversalCounters::default();
-        let arrival = Arrival {
+    pub fn exits(&self, fronts: &[(DVec2, Front)], work: &mut Work) -> Vec<Result<Exit, Loss>> {
+        let arrivals = fronts.iter().map(|(at, front)| Arrival {
             scene: self.scene,
             view: self.view,
-            at,
+            at: *at,
             front,
             fresnel: self.settings.fresnel,
             wanted: Wanted::by(self.settings.splat),
-        };
-        let exit = match (self.mode, self.settings.refraction) {
-            (Mode::Reflection, _) => arrival.at_once(Way::Reflected),
-            (Mode::SingleRefraction, _) => arrival.at_once(Way::Transmitted),
-            (Mode::Refraction, Refraction::Exact) => arrival.through(&mut counters),
+        });
+        let mut counters = TraversalCounters::default();
+        let exits: Vec<_> = match (self.mode, self.settings.refraction) {
+            (Mode::Reflection, _) => arrivals.map(|it| it.at_once(Way::Reflected)).collect(),
+            (Mode::SingleRefraction, _) => {
+                arrivals.map(|it| it.at_once(Way::Transmitted)).collect()
+            }
+            (Mode::Refraction, Refraction::Exact) => {
+                let entered: Vec<_> = arrivals.clone().map(|it| it.entered()).collect();
+                let rays = entered.iter().flatten().map(|(_, ray)| *ray);
+                let mut found = next_hits(self.scene, rays, &mut counters).into_iter();
+                let exit = |(arrival, entered): (Arrival, Result<(Crossing, _), _>)| {
+                    let (first, _) = entered?;
+                    arrival.through(&first, found.next().flatten())
+                };
+                arrivals.zip(entered).map(exit).collect()
+            }
             (Mode::Refraction, Refraction::ImageSpace) => {
-                work.fetches += 2;
-                arrival.image_space(self.backs, self.settings, &mut counters)
+                work.fetches += 2 * fronts.len() as u64;
+                let exit = |it: Arrival| it.image_space(self.backs, self.settings, &mut counters);
+                arrivals.map(exit).collect()
             }
         };
         work.add_rays(counters);
-        work.photons += 1;
-        work.dropped += u64::from(exit.is_err());
-        exit
+        work.count_results(&exits);
+        exits
     }
 
-    /// Stage `hit` of a photon.
+    /// Stage `hit` of photons.
     ///
     /// # Errors
     ///
-    /// Where it meets no receiver.
-    pub fn place(&self, exit: &Exit, work: &mut Work) -> Result<Place, Loss> {
+    /// Where they meet no receiver.
+    pub fn places(&self, exits: &[Exit], work: &mut Work) -> Vec<Result<Place, Loss>> {
         let mut counters = TraversalCounters::default();
-        let place = match self.settings.hit {
+        let places: Vec<_> = match self.settings.hit {
             Hit::DepthMap => {
                 let finely = [self.settings.steps, self.settings.bisections];
-                marched(exit, self.depths, finely, work)
+                let march = |exit| marched(exit, self.depths, finely, work);
+                exits.iter().map(march).collect()
             }
-            Hit::FixedPoint => fixed_point(exit, self.depths, work),
-            Hit::Exact => traced(self.scene, self.receivers, exit, &mut counters),
+            Hit::FixedPoint => {
+                let find = |exit| fixed_point(exit, self.depths, work);
+                exits.iter().map(find).collect()
+            }
+            Hit::Exact => traced(self.scene, self.receivers, exits, &mut counters),
         };
         work.add_rays(counters);
-        work.photons += 1;
-        work.dropped += u64::from(place.is_err());
-        place
+        work.count_results(&places);
+        places
     }
 
-    /// Stage `hit` of a beam's corner.
+    /// Stage `hit` of beams' corners.
     ///
     /// # Errors
     ///
-    /// Where it lands on no texel's surface.
-    pub fn landing(&self, exit: &Exit, canvas: &Canvas, work: &mut Work) -> Result<Landing, Loss> {
+    /// Where they land on no texel's surface.
+    pub fn landings(
+        &self,
+        exits: &[Exit],
+        canvas: &Canvas,
+        work: &mut Work,
+    ) -> Vec<Result<Landing, Loss>> {
         let (scene, receivers) = (self.scene, self.receivers);
         let mut counters = TraversalCounters::default();
-        let landing = match (canvas, self.settings.hit) {
-            (Canvas::Map(map), _) => self.place(exit, work).and_then(|place| {
-                let seen = map.project(place.position).ok_or(Loss::OutsideMap)?;
-                Ok(Landing {
-                    at: seen.at,
-                    position: place.position,
-                    weight: Rgb::WHITE,
-                    surface: place.surface,
-                })
-            }),
+        let landings = match (canvas, self.settings.hit) {
+            (Canvas::Map(map), _) => {
+                let landing = |place: Result<Place, Loss>| {
+                    let place = place?;
+                    let seen = map.project(place.position).ok_or(Loss::OutsideMap)?;
+                    Ok(Landing {
+                        at: seen.at,
+                        position: place.position,
+                        weight: Rgb::WHITE,
+                        surface: place.surface,
+                    })
+                };
+                let places = self.places(exits, work).into_iter();
+                places.map(landing).collect()
+            }
             (Canvas::Sensor(screen), Hit::Exact) => {
-                work.photons += 1;
-                let landing = traced_on_sensor(scene, receivers, screen, exit, &mut counters);
-                work.dropped += u64::from(landing.is_err());
-                landing
+                let landings = traced_on_sensor(scene, receivers, screen, exits, &mut counters);
+                work.count_results(&landings);
+                landings
             }
             (Canvas::Sensor(screen), Hit::DepthMap | Hit::FixedPoint) => {
-                self.place(exit, work).and_then(|place| {
-                    let depths = self.depths;
+                let depths = self.depths;
+                let landing = |place: Result<Place, Loss>| {
+                    let place = place?;
                     marched_on_sensor(scene, receivers, screen, depths, &place, &mut counters)
-                })
+                };
+                let places = self.places(exits, work).into_iter();
+                places.map(landing).collect()
             }
         };
         work.add_rays(counters);
-        landing
+        landings
     }
 
     /// The light's strength towards an image point: flux by light-space measure.

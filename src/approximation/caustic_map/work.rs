@@ -53,6 +53,12 @@ impl Work {
         self.rays += counters.rays;
     }
 
+    /// Counts photons that went into the stage, by what became of them.
+    pub fn count_results<T, E>(&mut self, results: &[Result<T, E>]) {
+        self.photons += results.len() as u64;
+        self.dropped += results.iter().filter(|result| result.is_err()).count() as u64;
+    }
+
     /// The work by name.
     pub fn counters(&self) -> Counters {
         Counters::of([

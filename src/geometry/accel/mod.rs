@@ -7,6 +7,7 @@
 //! - [`tree`]: the nodes, in `f32`.
 //! - [`walk`]: the search of one ray through them, step by step.
 //! - [`stream`]: searches of many rays by turns.
+//! - [`packet`]: searches of rays that go about the same way, together.
 //! - [`tree_frame`]: a tree's own coordinates.
 //! - [`ray`]: a ray in a tree's own frame, and the derivation of its error bound.
 //! - [`pack`]: eight triangles in a leaf, and the filter that spares most of the exact tests.
@@ -23,6 +24,7 @@ mod clustering;
 mod curve;
 mod lanes;
 mod pack;
+mod packet;
 mod plane_pairs;
 mod ray;
 mod simd;

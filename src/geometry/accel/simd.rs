@@ -47,6 +47,18 @@ impl BoxTree {
         }
         self.search_all_local(Portable, searches)
     }
+
+    /// All searches, in packets of rays that follow one another. Returns the number of nodes visited.
+    #[inline]
+    pub(in crate::geometry) fn search_packets(&self, searches: &mut impl Searches) -> u64 {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = Avx2::detect() {
+            // SAFETY: the token proves that the processor has the features.
+            #[allow(unsafe_code)]
+            return unsafe { search_packets_avx2(lanes, self, searches) };
+        }
+        self.search_packets_local(Portable, searches)
+    }
 }
 
 impl TreeNode {
@@ -86,6 +98,12 @@ fn search_avx2(
 #[target_feature(enable = "avx2,bmi1,popcnt")]
 fn search_all_avx2(lanes: Avx2, tree: &BoxTree, searches: &mut impl Searches) -> u64 {
     tree.search_all_local(lanes, searches)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,popcnt")]
+fn search_packets_avx2(lanes: Avx2, tree: &BoxTree, searches: &mut impl Searches) -> u64 {
+    tree.search_packets_local(lanes, searches)
 }
 
 /// Lanes for any processor.

@@ -156,14 +156,14 @@ fn announce(lanes: impl Lanes, tree: &BoxTree, child: Child, visitor: &impl Leaf
 /// Children still to be visited, with the distances at which the ray enters them.
 ///
 /// The array is of fixed size, as nearly all searches need no more; the rest goes to the heap.
-pub(super) struct Stack {
-    fixed: ArrayVec<(f32, Child), { Self::FIXED }>,
-    spilled: Vec<(f32, Child)>,
+pub(super) struct Stack<T = Child> {
+    fixed: ArrayVec<(f32, T), FIXED>,
+    spilled: Vec<(f32, T)>,
 }
 
-impl Stack {
-    const FIXED: usize = 48;
+const FIXED: usize = 48;
 
+impl<T: Copy> Stack<T> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is copied to its place
     pub(super) fn new() -> Self {
@@ -174,19 +174,19 @@ impl Stack {
     }
 
     #[inline]
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.fixed.len()
     }
 
     /// Pushes a child whose distance does not matter.
     #[inline]
-    pub(super) fn push(&mut self, child: Child) {
+    pub(super) fn push(&mut self, child: T) {
         self.push_sorted(self.fixed.len(), 0.0, child);
     }
 
     /// Pushes below those entries above `bottom` that are nearer.
     #[inline]
-    fn push_sorted(&mut self, bottom: usize, entry: f32, child: Child) {
+    pub(super) fn push_sorted(&mut self, bottom: usize, entry: f32, child: T) {
         let mut place = self.fixed.len();
         if self.fixed.try_push((entry, child)).is_err() {
             // The nearest-first order is a matter of speed only.
@@ -200,7 +200,7 @@ impl Stack {
     }
 
     #[inline]
-    pub(super) fn pop(&mut self) -> Option<(f32, Child)> {
+    pub(super) fn pop(&mut self) -> Option<(f32, T)> {
         self.fixed.pop().or_else(|| self.spilled.pop())
     }
 }

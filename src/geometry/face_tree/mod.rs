@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ways_to_search_find_the_very_hit_that_trying_every_face_finds() {
+    fn all_ways_to_search_find_the_very_hit_that_trying_every_face_finds() {
         let mut hits = 0;
         for (scale, offset, away) in [
             (1.0, DVec3::ZERO, 1.0),
@@ -347,15 +347,34 @@ mod tests {
                 alone.push(expected.filter(|hit| hit.distance < length));
                 segments.push(Segment { ray, length });
             }
-            let mut by_turns: Vec<Nearest> = segments
-                .iter()
-                .map(|segment| Nearest::before(segment.length))
-                .collect();
+            let before = |segments: &[Segment]| -> Vec<Nearest> {
+                let lengths = segments.iter().map(|segment| segment.length);
+                lengths.map(Nearest::before).collect()
+            };
+            let hits_of =
+                |found: Vec<Nearest>| -> Vec<_> { found.into_iter().map(Nearest::hit).collect() };
             let mut turns = TraversalCounters::default();
-            tree.closest_hits_by_turns(&segments, &mut by_turns, &mut turns);
-            let by_turns: Vec<_> = by_turns.into_iter().map(Nearest::hit).collect();
-            assert_eq!(by_turns, alone, "scale {scale:e}");
+            let mut found = before(&segments);
+            tree.closest_hits_by_turns(&segments, &mut found, &mut turns);
+            assert_eq!(hits_of(found), alone, "scale {scale:e}");
             assert_eq!(turns, one_by_one);
+            // Packets of few rays, and full ones whose rays have but the signs of their directions in common.
+            let mut order: Vec<usize> = (0..segments.len()).collect();
+            for is_sorted in [false, true] {
+                if is_sorted {
+                    let signs = |i: &usize| {
+                        let direction = segments[*i].ray.direction.to_array();
+                        direction.map(f64::is_sign_negative)
+                    };
+                    order.sort_by_key(signs);
+                }
+                let asked: Vec<Segment> = order.iter().map(|&i| segments[i]).collect();
+                let expected: Vec<_> = order.iter().map(|&i| alone[i]).collect();
+                let mut found = before(&asked);
+                let mut packets = TraversalCounters::default();
+                tree.closest_hits_in_packets(&asked, &mut found, &mut packets);
+                assert_eq!(hits_of(found), expected, "scale {scale:e}, {is_sorted}");
+            }
         }
         assert!(hits > 120_000, "only {hits} hits: the rays test little");
     }

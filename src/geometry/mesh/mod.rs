@@ -2,6 +2,7 @@
 
 mod attributes;
 mod border;
+mod diagnose;
 mod diagnostics;
 mod fans;
 mod hash;

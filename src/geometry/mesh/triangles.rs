@@ -10,6 +10,7 @@ use crate::numeric::morton_code;
 
 use super::{
     attributes::MeshAttribute,
+    diagnostics::OnceDiagnosed,
     normals,
     parts::{MeshError, MeshParts, check},
     weld,
@@ -27,6 +28,7 @@ pub struct Mesh {
     pub(super) attributes: Vec<MeshAttribute>,
     pub(super) flip_normals: bool,
     pub(super) bounds: Bounds,
+    pub(super) diagnostics: OnceDiagnosed,
 }
 
 impl Mesh {
@@ -77,6 +79,7 @@ impl Mesh {
             attributes,
             flip_normals,
             bounds: exact.padded(gamma(6) * reach),
+            diagnostics: OnceDiagnosed::default(),
         })
     }
 

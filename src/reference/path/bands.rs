@@ -88,8 +88,14 @@ impl Bands {
 
     /// True if work for this row is counted here: that for rows beyond the film is where its nearest row is.
     pub fn counts(self, row: usize, border: usize) -> bool {
+        self.contains(self.nearest(row, border))
+    }
+
+    /// The film's row that is nearest to this one, which may be beyond the film by `border` rows and is
+    /// counted from there.
+    pub fn nearest(self, row: usize, border: usize) -> usize {
         let last = self.height.saturating_sub(1);
-        self.contains(row.saturating_sub(border).min(last))
+        row.saturating_sub(border).min(last)
     }
 }
 

@@ -94,7 +94,10 @@ struct Sample<'a> {
     at: DVec2,
     view: PixelRay,
     numbers: PathNumbers<'a>,
-    /// True if its path counts as work here.
+    /// Its band of rows: paths of one band are followed together, so that searches are the same in all
+    /// parts of a run.
+    band: usize,
+    /// True if it counts here.
     counts: bool,
 }
 
@@ -240,11 +243,11 @@ impl Job<'_> {
         loop {
             wave.clear();
             places.clear();
-            let Some(counts) = views.peek().map(|sample| sample.counts) else {
+            let Some((band, counts)) = views.peek().map(|next| (next.band, next.counts)) else {
                 break;
             };
             while wave.len() < WAVE
-                && let Some(sample) = views.next_if(|sample| sample.counts == counts)
+                && let Some(sample) = views.next_if(|sample| sample.band == band)
             {
                 places.push(sample.at);
                 wave.push((sample.view, sample.numbers));
@@ -299,6 +302,7 @@ impl Job<'_> {
         let border = self.camera.sampled_border() as f64;
         let pixels = self.pixels(tile).zip(streams);
         pixels.flat_map(move |((x, y), stream)| {
+            let band = self.bands.nearest(y, self.camera.sampled_border()) / TILE;
             let counts = self.counts(y);
             (0..self.samples).map(move |index| {
                 let numbers = PathNumbers { stream, index };
@@ -309,6 +313,7 @@ impl Job<'_> {
                     at,
                     view,
                     numbers,
+                    band,
                     counts,
                 }
             })

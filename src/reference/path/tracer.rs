@@ -144,7 +144,7 @@ impl<'a> Tracer<'a> {
         found.clear();
         if self.settings.max_depth == Some(0) {
             found.resize(views.len(), Default::default());
-        } else if self.scene.world().takes_turns() {
+        } else if self.scene.world().gains_by_many() {
             return self.trace_together(views, found, stop);
         } else {
             let mut asked = self.counters.rays;
@@ -174,8 +174,8 @@ impl<'a> Tracer<'a> {
         path.radiance
     }
 
-    /// Traces paths whose rays are searched for together: searches in large meshes then wait for memory
-    /// together.
+    /// Traces paths whose rays are searched for together: those from the camera go down trees in packets, and
+    /// searches in large meshes wait for memory together.
     fn trace_together(
         &mut self,
         views: &[(PixelRay, PathNumbers<'_>)],
@@ -432,6 +432,42 @@ mod tests {
     use crate::numeric::{Stream, StreamKind};
     use crate::transport::camera::Camera;
     use glam::DVec2;
+
+    #[test]
+    fn paths_in_packets_bring_what_each_brings_alone() {
+        let file = std::path::Path::new("scenes/glass-ball-mesh.xml");
+        let scene = crate::mitsuba::load(file, &[]).expect("a shipped scene loads");
+        let sensor = scene.sensors().iter().find(|it| it.id == "camera");
+        let camera = Camera::new(&scene, sensor.expect("a camera")).expect("it can be sampled");
+        let (lights, shines) = (Lights::new(&scene), shining_shapes(&scene));
+        let settings = PathSettings::default();
+        let stream = PaddedStream::new(Stream::new(StreamKind::Sobol, 1), 512);
+        // A row of pixels through the ball.
+        let row = |index: u64| {
+            let share = (index as f64 + 0.5) / 512.0;
+            let at = DVec2::new(share * camera.width() as f64, 0.5 * camera.height() as f64);
+            let numbers = PathNumbers {
+                stream: &stream,
+                index,
+            };
+            (camera.ray_through(at, DVec2::splat(0.5)), numbers)
+        };
+        let views: Vec<_> = (0..512).map(row).collect();
+        let mut tracer = Tracer::new(&scene, &lights, &settings, &shines);
+        let mut together = Vec::new();
+        assert!(tracer.trace_all(&views, &mut together, &|| false));
+        let counters = std::mem::take(&mut tracer.counters);
+        let alone: Vec<_> = views
+            .iter()
+            .map(|(view, numbers)| tracer.trace(view, *numbers))
+            .collect();
+        assert_eq!(together, alone);
+        assert_eq!(counters.rays, tracer.counters.rays);
+        assert!(
+            counters.node_visits < tracer.counters.node_visits,
+            "none go down the tree together"
+        );
+    }
 
     #[test]
     fn paths_followed_together_bring_what_each_brings_alone() {

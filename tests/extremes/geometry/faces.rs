@@ -135,7 +135,8 @@ fn faces_that_share_no_vertices_are_met_as_those_that_do_to_the_bit() {
         let shared = placed(icosphere(4), place.0, place.1);
         let apart = unshared(&shared);
         let worlds = [&shared, &apart].map(|parts| world_of(parts.clone()));
-        let diagnosis = Mesh::new(apart.clone()).unwrap().diagnose();
+        let mesh = Mesh::new(apart.clone()).unwrap();
+        let diagnosis = mesh.diagnose();
         assert!(diagnosis.is_closed(), "{diagnosis}");
         let repeated = apart.positions.len() - shared.positions.len();
         assert_eq!(diagnosis.repeated_positions.count, repeated);
