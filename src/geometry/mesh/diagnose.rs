@@ -15,6 +15,7 @@ struct EdgeUse {
     /// Uses from the lower to the higher vertex, less uses the other way.
     balance: i32,
 }
+
 impl Mesh {
     /// The mesh's defects: open and non-manifold edges, orientation, degenerate faces. They are found when
     /// they are first asked for, and kept.
