@@ -144,7 +144,8 @@ impl Beams<'_> {
             }
         }
         let mut leaving: Vec<Exit> = Vec::new();
-        let exits = self.tracer.exits(&arriving, done.work(Step::Refraction));
+        let arriving = arriving.iter().map(|(at, front)| (*at, front));
+        let exits = self.tracer.exits(arriving, done.work(Step::Refraction));
         let mut exits = exits.into_iter();
         under_way.retain(|&index| match exits.next() {
             Some(Ok(exit)) => {
@@ -158,7 +159,7 @@ impl Beams<'_> {
             None => false,
         });
         let work = done.work(Step::Hit);
-        let landings = self.tracer.landings(&leaving, self.canvas, work);
+        let landings = self.tracer.landings(leaving.iter(), self.canvas, work);
         for ((index, exit), landing) in under_way.into_iter().zip(&leaving).zip(landings) {
             corners[index] = match landing {
                 Ok(landing) => Corner::Landed(Landed {
@@ -244,6 +245,7 @@ impl Beams<'_> {
             self.pixel(low + offset, half, &corners, levels - 1, done);
         }
     }
+
     /// Deals out the light of a square's corners: as two triangles, either way and both by half, or each
     /// where it is.
     fn deal(&self, corners: &[Option<(DVec2, Rgb)>], is_whole: bool, work: &mut Work) {

@@ -48,21 +48,22 @@ pub struct Landing {
 
 /// What rays meet that are traced on: the next surface; from an approximate exit point, which may be inside
 /// the object still, the next receiver. An entry each, with the ray to it.
-fn next(
+fn next<'e>(
     scene: &Scene,
     receivers: &Receivers,
-    exits: &[Exit],
+    exits: impl Iterator<Item = &'e Exit> + Clone,
     counters: &mut TraversalCounters,
 ) -> Vec<Option<(Ray, Hit)>> {
     // All are of one variant of `refraction`.
-    if exits.iter().all(|exit| !exit.may_be_inside) {
-        return next_hits(scene, exits.iter().map(|exit| exit.ray), counters);
+    let mut all = exits.clone();
+    if all.all(|exit| !exit.may_be_inside) {
+        return next_hits(scene, exits.map(|exit| exit.ray), counters);
     }
     let next = |exit: &Exit| {
         let (hit, _) = receivers.first(&exit.ray, counters)?;
         Some((exit.ray, hit))
     };
-    exits.iter().map(next).collect()
+    exits.map(next).collect()
 }
 
 /// Photons whose rays are traced to the next surface, an entry each.
@@ -70,10 +71,10 @@ fn next(
 /// # Errors
 ///
 /// Where that is a specular one, and where there is none.
-pub fn traced(
+pub fn traced<'e>(
     scene: &Scene,
     receivers: &Receivers,
-    exits: &[Exit],
+    exits: impl Iterator<Item = &'e Exit> + Clone,
     counters: &mut TraversalCounters,
 ) -> Vec<Result<Place, Loss>> {
     let place = |found: Option<(Ray, Hit)>| {
@@ -98,14 +99,14 @@ pub fn traced(
 /// # Errors
 ///
 /// Where they meet anything else, or nothing.
-pub fn traced_on_sensor(
+pub fn traced_on_sensor<'e>(
     scene: &Scene,
     receivers: &Receivers,
     screen: &Screen,
-    exits: &[Exit],
+    exits: impl Iterator<Item = &'e Exit> + Clone,
     counters: &mut TraversalCounters,
 ) -> Vec<Result<Landing, Loss>> {
-    let found = next(scene, receivers, exits, counters);
+    let found = next(scene, receivers, exits.clone(), counters);
     let landing = |(exit, found): (&Exit, Option<(Ray, Hit)>)| {
         // A sensor on a plane also knows what would land beyond its border, where nothing is met.
         let (ray, hit) = found.map_or((exit.ray, None), |(ray, hit)| (ray, Some(hit)));
@@ -119,7 +120,7 @@ pub fn traced_on_sensor(
             }
         })
     };
-    exits.iter().zip(found).map(landing).collect()
+    exits.zip(found).map(landing).collect()
 }
 
 /// A corner of a beam that marched to a receiver, where a look-up would place it: along the light's ray.

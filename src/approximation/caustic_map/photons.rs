@@ -159,15 +159,15 @@ fn through_stages(tracer: &Tracer, shift: DVec2, tile: [usize; 2]) -> Traced {
         found.filter_map(front).collect()
     });
     let exits: Vec<Sent<Exit>> = timed(&mut stages[Step::Refraction as usize], |work| {
-        let arriving: Vec<(DVec2, Front)> = fronts.iter().map(|it| (it.at, it.what)).collect();
-        let exits = tracer.exits(&arriving, work).into_iter().zip(&fronts);
+        let arriving = fronts.iter().map(|it| (it.at, &it.what));
+        let exits = tracer.exits(arriving, work).into_iter().zip(&fronts);
         exits
             .filter_map(|(exit, sent)| kept(tally, sent, Left::ALL, exit))
             .collect()
     });
     let arrived: Vec<Sent<Arrived>> = timed(&mut stages[Step::Hit as usize], |work| {
-        let leaving: Vec<Exit> = exits.iter().map(|it| it.what).collect();
-        let places = tracer.places(&leaving, work).into_iter().zip(&exits);
+        let leaving = exits.iter().map(|it| &it.what);
+        let places = tracer.places(leaving, work).into_iter().zip(&exits);
         let arrive = |(place, sent): (Result<Place, Loss>, &Sent<Exit>)| {
             let exit = sent.what;
             let arrived = place.map(|place| Arrived { exit, place });

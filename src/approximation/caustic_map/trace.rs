@@ -85,11 +85,15 @@ impl Tracer<'_> {
     /// # Errors
     ///
     /// Where the photon does not leave the object.
-    pub fn exits(&self, fronts: &[(DVec2, Front)], work: &mut Work) -> Vec<Result<Exit, Loss>> {
-        let arrivals = fronts.iter().map(|(at, front)| Arrival {
+    pub fn exits<'f>(
+        &self,
+        fronts: impl Iterator<Item = (DVec2, &'f Front)> + Clone,
+        work: &mut Work,
+    ) -> Vec<Result<Exit, Loss>> {
+        let arrivals = fronts.map(|(at, front)| Arrival {
             scene: self.scene,
             view: self.view,
-            at: *at,
+            at,
             front,
             fresnel: self.settings.fresnel,
             wanted: Wanted::by(self.settings.splat),
@@ -111,9 +115,10 @@ impl Tracer<'_> {
                 arrivals.zip(entered).map(exit).collect()
             }
             (Mode::Refraction, Refraction::ImageSpace) => {
-                work.fetches += 2 * fronts.len() as u64;
                 let exit = |it: Arrival| it.image_space(self.backs, self.settings, &mut counters);
-                arrivals.map(exit).collect()
+                let exits: Vec<_> = arrivals.map(exit).collect();
+                work.fetches += 2 * exits.len() as u64;
+                exits
             }
         };
         work.add_rays(counters);
@@ -126,17 +131,21 @@ impl Tracer<'_> {
     /// # Errors
     ///
     /// Where they meet no receiver.
-    pub fn places(&self, exits: &[Exit], work: &mut Work) -> Vec<Result<Place, Loss>> {
+    pub fn places<'e>(
+        &self,
+        exits: impl Iterator<Item = &'e Exit> + Clone,
+        work: &mut Work,
+    ) -> Vec<Result<Place, Loss>> {
         let mut counters = TraversalCounters::default();
         let places: Vec<_> = match self.settings.hit {
             Hit::DepthMap => {
                 let finely = [self.settings.steps, self.settings.bisections];
                 let march = |exit| marched(exit, self.depths, finely, work);
-                exits.iter().map(march).collect()
+                exits.map(march).collect()
             }
             Hit::FixedPoint => {
                 let find = |exit| fixed_point(exit, self.depths, work);
-                exits.iter().map(find).collect()
+                exits.map(find).collect()
             }
             Hit::Exact => traced(self.scene, self.receivers, exits, &mut counters),
         };
@@ -150,9 +159,9 @@ impl Tracer<'_> {
     /// # Errors
     ///
     /// Where they land on no texel's surface.
-    pub fn landings(
+    pub fn landings<'e>(
         &self,
-        exits: &[Exit],
+        exits: impl Iterator<Item = &'e Exit> + Clone,
         canvas: &Canvas,
         work: &mut Work,
     ) -> Vec<Result<Landing, Loss>> {

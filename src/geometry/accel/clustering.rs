@@ -32,16 +32,18 @@ const MOST_LOOKS: usize = 12;
 /// Clusters that a thread takes at a time: far fewer are not worth the handing over.
 const AT_A_TIME: usize = 1 << 11;
 
-/// A tree with one box in each leaf; `None` if boxes would be looked at too often.
-pub(super) fn build(boxes: &[Aabb]) -> Option<Bvh2> {
+/// A tree with at most so many boxes in a leaf; `None` if boxes would be looked at too often.
+///
+/// Two leaves that merge become one if it may hold the boxes of both.
+pub(super) fn build(boxes: &[Aabb], most_in_leaf: usize) -> Option<Bvh2> {
     let mut clusters: Vec<Bvh2Node> = along_the_curve(boxes, |_| 0.0)
         .par_iter()
         .with_min_len(AT_A_TIME)
         .map(|&number| Bvh2Node::new(boxes[number as usize], 1, number))
         .collect();
-    // From the last one on: children come after their parents.
-    let mut nodes = vec![Bvh2Node::default(); (2 * clusters.len()).saturating_sub(1)];
-    let mut unused = nodes.len();
+    let mut rings = Rings::of_one_each(boxes.len());
+    // Children before their parents, and the later of two children first: the tree from its end on.
+    let mut nodes = Vec::with_capacity(boxes.len());
     let mut merged = Vec::with_capacity(clusters.len());
     let mut nearest = Vec::new();
     let mut looks = 0;
@@ -64,27 +66,73 @@ pub(super) fn build(boxes: &[Aabb]) -> Option<Bvh2> {
             if nearest[partner] as usize != index {
                 merged.push(cluster);
             } else if index < partner {
-                unused -= 2;
-                (nodes[unused], nodes[unused + 1]) = (cluster, clusters[partner]);
-                let around = cluster.aabb().union(clusters[partner].aabb());
-                merged.push(Bvh2Node::new(around, 0, unused as u32));
+                let other = clusters[partner];
+                let around = cluster.aabb().union(other.aabb());
+                let count = cluster.prim_count + other.prim_count;
+                let are_leaves = cluster.is_leaf() && other.is_leaf();
+                if are_leaves && count as usize <= most_in_leaf {
+                    rings.join(cluster.first_index, other.first_index);
+                    merged.push(Bvh2Node::new(around, count, cluster.first_index));
+                } else {
+                    merged.push(Bvh2Node::new(around, 0, nodes.len() as u32));
+                    nodes.extend([other, cluster]);
+                }
             }
         }
         std::mem::swap(&mut clusters, &mut merged);
         merged.clear();
     }
-    if let Some(all) = clusters.pop() {
-        assert_eq!(unused, 1, "every pass merges a pair, and none is lost");
-        nodes[0] = all;
+    nodes.extend(clusters);
+    Some(turned(nodes, &rings))
+}
+
+/// The boxes of each leaf, in a ring: two rings become one at once, however long they are.
+struct Rings {
+    /// Of each box the next in its ring.
+    next: Vec<u32>,
+}
+
+impl Rings {
+    fn of_one_each(count: usize) -> Self {
+        Self {
+            next: (0..count as u32).collect(),
+        }
+    }
+
+    /// Makes one ring of two: of those that these boxes are in.
+    fn join(&mut self, one: u32, other: u32) {
+        self.next.swap(one as usize, other as usize);
+    }
+
+    /// The boxes of a ring, from `first` on, over and over.
+    fn members(&self, first: u32) -> impl Iterator<Item = u32> {
+        std::iter::successors(Some(first), |&at| Some(self.next[at as usize]))
+    }
+}
+
+/// The tree whose nodes these are from its end on. A leaf has the first of its ring, an inner node the place
+/// of its later child.
+fn turned(mut nodes: Vec<Bvh2Node>, rings: &Rings) -> Bvh2 {
+    nodes.reverse();
+    let before_last = nodes.len().saturating_sub(2) as u32;
+    let mut primitive_indices = Vec::with_capacity(rings.next.len());
+    for node in &mut nodes {
+        if node.is_leaf() {
+            let members = rings.members(node.first_index);
+            node.first_index = primitive_indices.len() as u32;
+            primitive_indices.extend(members.take(node.prim_count as usize));
+        } else {
+            node.first_index = before_last - node.first_index;
+        }
     }
     // `max_depth` stays as it is, however deep the tree. With it, obvhs' searches for better places would
     // panic once the tree is deeper still. Without it they forget some places.
-    Some(Bvh2 {
+    Bvh2 {
         nodes,
-        primitive_indices: (0..boxes.len() as u32).collect(),
+        primitive_indices,
         children_are_ordered_after_parents: true,
         ..Bvh2::default()
-    })
+    }
 }
 
 /// Finds, for at most [`AT_A_TIME`] clusters from `first` on, the one within reach whose union with each is
@@ -115,6 +163,7 @@ fn find_nearest(clusters: &[Bvh2Node], first: usize, found: &mut [u32], reach: u
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::accel::lanes::WIDTH;
     use glam::Vec3A;
     use proptest::prelude::*;
 
@@ -124,9 +173,11 @@ mod tests {
         Aabb::new(least, least + side)
     }
 
-    /// Checks that each box is a leaf, that parents are around their children, and come before them. Returns
-    /// the sum of the half areas of all inner nodes with one of at most 2.
-    fn checked(tree: &Bvh2, boxes: &[Aabb]) -> f64 {
+    /// Builds a tree and checks that each box is in one leaf, that none holds too many, that two of one node
+    /// hold too many for one, that parents are around their children, and come before them. Returns the sum
+    /// of the half areas of all inner nodes with one of at most 2.
+    fn checked(boxes: &[Aabb], most_in_leaf: usize) -> f64 {
+        let tree = build(boxes, most_in_leaf).expect("boxes that take few looks");
         let mut seen = vec![0; boxes.len()];
         let mut area = 0.0;
         let mut pending: Vec<usize> = (0..tree.nodes.len().min(1)).collect();
@@ -134,13 +185,23 @@ mod tests {
             let node = tree.nodes[index];
             let first = node.first_index as usize;
             if node.is_leaf() {
-                assert_eq!(node.prim_count, 1);
-                seen[tree.primitive_indices[first] as usize] += 1;
-                let one = boxes[tree.primitive_indices[first] as usize];
-                assert!(*node.aabb() == one || one.min.is_nan());
+                let count = node.prim_count as usize;
+                assert!((1..=most_in_leaf).contains(&count));
+                let members = &tree.primitive_indices[first..first + count];
+                for &member in members {
+                    seen[member as usize] += 1;
+                }
+                let inside = members.iter().map(|&it| &boxes[it as usize]);
+                let around = inside.fold(Aabb::empty(), |all, one| all.union(one));
+                let is_number = |&it: &u32| !boxes[it as usize].min.is_nan();
+                assert!(*node.aabb() == around || !members.iter().all(is_number));
             } else {
                 assert!(first > index);
-                let around = tree.nodes[first].aabb().union(tree.nodes[first + 1].aabb());
+                let children = [tree.nodes[first], tree.nodes[first + 1]];
+                let are_leaves = children.iter().all(Bvh2Node::is_leaf);
+                let count: u32 = children.iter().map(|it| it.prim_count).sum();
+                assert!(!are_leaves || count as usize > most_in_leaf);
+                let around = children[0].aabb().union(children[1].aabb());
                 assert!(*node.aabb() == around || around.min.is_nan());
                 let own = f64::from(node.aabb().half_area());
                 area += if own <= 2.0 { own } else { 0.0 };
@@ -161,10 +222,11 @@ mod tests {
             .map(|n| cube((n as f32 * 0.618).fract(), 1e-3))
             .collect();
         for boxes in [&row, &heap, &shells] {
-            assert!(build(boxes).is_none());
+            assert!(build(boxes, 1).is_none());
+            assert!(build(boxes, WIDTH).is_none());
         }
-        checked(&build(&row[..FEW]).expect("few"), &row[..FEW]);
-        checked(&build(&scattered).expect("scattered"), &scattered);
+        checked(&row[..FEW], 1);
+        checked(&scattered, 1);
     }
 
     #[test]
@@ -183,7 +245,8 @@ mod tests {
                 let all_kinds = (0..count).map(|n| kinds[(n + turn) % kinds.len()]);
                 let mostly_one = (0..count).map(|n| kinds[if n == count / 2 { 1 } else { turn }]);
                 for boxes in [all_kinds.collect::<Vec<_>>(), mostly_one.collect()] {
-                    checked(&build(&boxes).expect("few"), &boxes);
+                    checked(&boxes, 1);
+                    checked(&boxes, WIDTH);
                 }
             }
         }
@@ -198,10 +261,10 @@ mod tests {
             Aabb::new(at, at + Vec3A::new(0.01, 0.01, 0.001))
         };
         let sheet: Vec<Aabb> = (0..10_000).map(square).collect();
-        let alone = checked(&build(&sheet).expect("scattered"), &sheet);
+        let alone = checked(&sheet, 1);
         let mut world = sheet;
         world.extend([-1e4, 1e4].map(|far| Aabb::new(Vec3A::splat(far), Vec3A::splat(far + 1.0))));
-        let within = checked(&build(&world).expect("scattered"), &world);
+        let within = checked(&world, 1);
         // 2²¹ cells are 0.01 wide, as the squares are. With 2¹⁶ a thousand squares share a cell.
         assert!(within < 1.1 * alone, "{within}, alone {alone}");
     }
@@ -218,8 +281,8 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
         #[test]
-        fn every_box_is_a_leaf_and_inside_of_all_above_it(boxes in boxes(500)) {
-            checked(&build(&boxes).expect("few boxes never take too long"), &boxes);
+        fn every_box_is_in_one_leaf_and_inside_of_all_above_it(boxes in boxes(500), most_in_leaf in 1..=WIDTH) {
+            checked(&boxes, most_in_leaf);
         }
 
         #[test]

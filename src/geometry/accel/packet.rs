@@ -6,7 +6,7 @@ use super::{
     lanes::{Lanes, WIDTH},
     ray::LocalRay,
     stream::Searches,
-    tree::{BoxTree, Child, TreeNode},
+    tree::{AxisRange, BoxTree, Child, TreeNode},
     walk::Stack,
 };
 
@@ -28,36 +28,11 @@ struct Packet {
     axes: [AxisRange; 3],
 }
 
-/// What the numbers of a packet's rays are along an axis.
-#[derive(Clone, Copy)]
-struct AxisRange {
-    /// 1 if the directions are negative, else 0.
-    sign: u32,
-    /// Of the ray that comes to near planes first.
-    near_origin: f32,
-    /// Of the ray that comes to far planes last.
-    far_origin: f32,
-    /// Of least magnitude: by it the packet enters first.
-    entering_reciprocal: f32,
-    /// Of greatest magnitude: by it the packet leaves last.
-    leaving_reciprocal: f32,
-}
-
 /// A child that waits, and a bit for each ray that enters it.
 #[derive(Clone, Copy)]
 struct Waiting {
     child: Child,
     rays: u32,
-}
-
-impl AxisRange {
-    const NONE: Self = Self {
-        sign: 0,
-        near_origin: 0.0,
-        far_origin: 0.0,
-        entering_reciprocal: 0.0,
-        leaving_reciprocal: 0.0,
-    };
 }
 
 impl Packet {
@@ -164,39 +139,6 @@ fn least_and_greatest(numbers: &[f32]) -> [f32; 2] {
     ends
 }
 
-impl TreeNode {
-    /// For each child a distance no later than any ray of a packet enters it, and a bit that is set if one
-    /// may do so before `limit`.
-    ///
-    /// As [`Self::entries`], with the rays' numbers that make distances least, or greatest. Distances below 0
-    /// need no bound: a child that is entered there is entered at 0, and one that is left there is missed.
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
-    fn entries_of_any(
-        &self,
-        lanes: impl Lanes,
-        packet: &Packet,
-        limit: f32,
-    ) -> ([f32; WIDTH], u32) {
-        let mut near = lanes.splat(0.0);
-        let mut far = lanes.splat(limit);
-        for (axis, range) in packet.axes.iter().enumerate() {
-            let side = (range.sign & 1) as usize;
-            let entering = lanes.splat(range.entering_reciprocal);
-            let leaving = lanes.splat(range.leaving_reciprocal);
-            let first = lanes.load(&self.planes[2 * axis + side]);
-            let last = lanes.load(&self.planes[2 * axis + 1 - side]);
-            let enter = lanes.sub(first, lanes.splat(range.near_origin));
-            let leave = lanes.sub(last, lanes.splat(range.far_origin));
-            near = lanes.max(lanes.mul(enter, entering), near);
-            far = lanes.min(lanes.mul(leave, leaving), far);
-        }
-        let mut entries = [0.0; WIDTH];
-        lanes.store(near, &mut entries);
-        (entries, lanes.at_most(near, far))
-    }
-}
-
 impl BoxTree {
     /// All searches, in packets of rays that follow one another. Returns the number of nodes visited.
     #[inline(always)]
@@ -235,7 +177,7 @@ impl BoxTree {
         loop {
             visits += 1;
             let node = &self.nodes[next.0 as usize];
-            let (entries, mut hits) = node.entries_of_any(lanes, packet, limit);
+            let (entries, mut hits) = node.entries(lanes, &packet.axes, limit);
             let bottom = stack.len();
             while hits != 0 {
                 let index = hits.trailing_zeros() as usize;

@@ -20,6 +20,45 @@ pub(super) struct TreeNode {
     pub children: [Child; WIDTH],
 }
 
+/// What the numbers of some rays whose directions have the same signs are along an axis.
+#[derive(Clone, Copy)]
+pub(super) struct AxisRange {
+    /// 1 if the directions are negative, else 0.
+    pub sign: u32,
+    /// Of the ray that comes to near planes first.
+    pub near_origin: f32,
+    /// Of the ray that comes to far planes last.
+    pub far_origin: f32,
+    /// Of least magnitude: by it the rays enter first.
+    pub entering_reciprocal: f32,
+    /// Of greatest magnitude: by it the rays leave last.
+    pub leaving_reciprocal: f32,
+}
+
+impl AxisRange {
+    /// Of no ray.
+    pub(super) const NONE: Self = Self {
+        sign: 0,
+        near_origin: 0.0,
+        far_origin: 0.0,
+        entering_reciprocal: 0.0,
+        leaving_reciprocal: 0.0,
+    };
+
+    /// Of one ray along each axis.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
+    pub(super) fn of(ray: &LocalRay) -> [Self; 3] {
+        std::array::from_fn(|axis| Self {
+            sign: ray.signs[axis],
+            near_origin: ray.near_origin[axis],
+            far_origin: ray.far_origin[axis],
+            entering_reciprocal: ray.reciprocal[axis],
+            leaving_reciprocal: ray.reciprocal[axis],
+        })
+    }
+}
+
 /// A node's or a leaf's index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(pub(super) u32);
@@ -167,27 +206,31 @@ impl BoxTree {
 }
 
 impl TreeNode {
-    /// For each child the distance at which the ray enters it, and a bit that is set if it does before
-    /// `limit`.
+    /// For each child a distance no later than any of some rays enters it, and a bit that is set if one may
+    /// do so before `limit`. Of one ray, its own distance, and a bit that is set if it does.
+    ///
+    /// Distances below 0 need no bound: a child that is entered there is entered at 0, and one that is left
+    /// there is missed.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     pub(super) fn entries(
         &self,
         lanes: impl Lanes,
-        ray: &LocalRay,
+        axes: &[AxisRange; 3],
         limit: f32,
     ) -> ([f32; WIDTH], u32) {
         let mut near = lanes.splat(0.0);
         let mut far = lanes.splat(limit);
-        for axis in 0..3 {
-            let side = (ray.signs[axis] & 1) as usize;
-            let reciprocal = lanes.splat(ray.reciprocal[axis]);
+        for (axis, range) in axes.iter().enumerate() {
+            let side = (range.sign & 1) as usize;
+            let entering = lanes.splat(range.entering_reciprocal);
+            let leaving = lanes.splat(range.leaving_reciprocal);
             let first = lanes.load(&self.planes[2 * axis + side]);
             let last = lanes.load(&self.planes[2 * axis + 1 - side]);
-            let enter = lanes.sub(first, lanes.splat(ray.near_origin[axis]));
-            let leave = lanes.sub(last, lanes.splat(ray.far_origin[axis]));
-            near = lanes.max(lanes.mul(enter, reciprocal), near);
-            far = lanes.min(lanes.mul(leave, reciprocal), far);
+            let enter = lanes.sub(first, lanes.splat(range.near_origin));
+            let leave = lanes.sub(last, lanes.splat(range.far_origin));
+            near = lanes.max(lanes.mul(enter, entering), near);
+            far = lanes.min(lanes.mul(leave, leaving), far);
         }
         let mut entries = [0.0; WIDTH];
         lanes.store(near, &mut entries);

@@ -5,7 +5,7 @@ use arrayvec::ArrayVec;
 use super::{
     lanes::Lanes,
     ray::LocalRay,
-    tree::{BoxTree, Child, LeafVisitor, Root},
+    tree::{AxisRange, BoxTree, Child, LeafVisitor, Root},
 };
 use crate::geometry::Ray;
 
@@ -101,7 +101,7 @@ impl Walk {
             }
         } else {
             let node = &tree.nodes[self.next.0 as usize];
-            let (entries, mut hits) = node.entries(lanes, ray, self.limit);
+            let (entries, mut hits) = node.entries(lanes, &AxisRange::of(ray), self.limit);
             if hits != 0 {
                 let mut nearest = hits.trailing_zeros() as usize;
                 hits &= hits - 1;
@@ -202,5 +202,29 @@ impl<T: Copy> Stack<T> {
     #[inline]
     pub(super) fn pop(&mut self) -> Option<(f32, T)> {
         self.fixed.pop().or_else(|| self.spilled.pop())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stack_gives_back_all_that_it_was_given_and_the_nearest_above_its_bottom_first() {
+        let mut stack = Stack::new();
+        let count = 3 * FIXED;
+        for number in 0..count {
+            // Two at a time, the further one last.
+            let bottom = number / 2 * 2;
+            stack.push_sorted(bottom.min(stack.len()), (number % 2) as f32, number);
+        }
+        assert_eq!(stack.len(), FIXED);
+        let mut given = Vec::new();
+        while let Some((_, number)) = stack.pop() {
+            given.push(number);
+        }
+        assert_eq!(given[..4], [FIXED - 2, FIXED - 1, FIXED - 4, FIXED - 3]);
+        given.sort_unstable();
+        assert!(given.into_iter().eq(0..count));
     }
 }

@@ -3,7 +3,7 @@
 use super::FaceTree;
 use crate::geometry::{
     Ray, Segment,
-    accel::{Lanes, LocalRay, Searches},
+    accel::{BoxTree, Lanes, LocalRay, Searches},
     counters::TraversalCounters,
     nearest::Nearest,
 };
@@ -39,9 +39,9 @@ impl FaceTree {
         counters: &mut TraversalCounters,
     ) {
         if self.are_near(segments) {
-            self.closest_hits_in_packets(segments, nearest, counters);
+            self.closest_hits_by(BoxTree::search_packets, segments, nearest, counters);
         } else if self.waits_for_memory() && self.are_apart(segments) {
-            self.closest_hits_by_turns(segments, nearest, counters);
+            self.closest_hits_by(BoxTree::search_all, segments, nearest, counters);
         } else {
             for (segment, nearest) in segments.iter().zip(nearest) {
                 self.closest_hit(self.whole(), &segment.ray, nearest, counters);
@@ -49,27 +49,16 @@ impl FaceTree {
         }
     }
 
-    /// The same in packets, whether it pays or not.
-    pub(super) fn closest_hits_in_packets(
-        &self,
-        segments: &[Segment],
-        nearest: &mut [Nearest],
+    /// The same by one of the tree's searches of many rays, whether it pays or not.
+    pub(super) fn closest_hits_by<'a>(
+        &'a self,
+        search: impl FnOnce(&BoxTree, &mut HitSearches<'a>) -> u64,
+        segments: &'a [Segment],
+        nearest: &'a mut [Nearest],
         counters: &mut TraversalCounters,
     ) {
         let mut searches = HitSearches::new(self, segments, nearest);
-        counters.node_visits += self.tree.search_packets(&mut searches);
-        counters.primitive_tests += searches.tests;
-    }
-
-    /// The same by turns, whether it pays or not.
-    pub(super) fn closest_hits_by_turns(
-        &self,
-        segments: &[Segment],
-        nearest: &mut [Nearest],
-        counters: &mut TraversalCounters,
-    ) {
-        let mut searches = HitSearches::new(self, segments, nearest);
-        counters.node_visits += self.tree.search_all(&mut searches);
+        counters.node_visits += search(&self.tree, &mut searches);
         counters.primitive_tests += searches.tests;
     }
 
@@ -126,7 +115,7 @@ impl FaceTree {
 }
 
 /// The searches for the nearest hits of many rays.
-struct HitSearches<'a> {
+pub(super) struct HitSearches<'a> {
     tree: &'a FaceTree,
     segments: &'a [Segment],
     nearest: &'a mut [Nearest],

@@ -355,7 +355,7 @@ mod tests {
                 |found: Vec<Nearest>| -> Vec<_> { found.into_iter().map(Nearest::hit).collect() };
             let mut turns = TraversalCounters::default();
             let mut found = before(&segments);
-            tree.closest_hits_by_turns(&segments, &mut found, &mut turns);
+            tree.closest_hits_by(BoxTree::search_all, &segments, &mut found, &mut turns);
             assert_eq!(hits_of(found), alone, "scale {scale:e}");
             assert_eq!(turns, one_by_one);
             // Packets of few rays, and full ones whose rays have but the signs of their directions in common.
@@ -372,7 +372,8 @@ mod tests {
                 let expected: Vec<_> = order.iter().map(|&i| alone[i]).collect();
                 let mut found = before(&asked);
                 let mut packets = TraversalCounters::default();
-                tree.closest_hits_in_packets(&asked, &mut found, &mut packets);
+                let search = BoxTree::search_packets;
+                tree.closest_hits_by(search, &asked, &mut found, &mut packets);
                 assert_eq!(hits_of(found), expected, "scale {scale:e}, {is_sorted}");
             }
         }

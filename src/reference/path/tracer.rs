@@ -433,27 +433,62 @@ mod tests {
     use crate::transport::camera::Camera;
     use glam::DVec2;
 
+    fn load(file: &str) -> Scene {
+        crate::mitsuba::load(file.as_ref(), &[]).expect("a shipped scene loads")
+    }
+
+    /// A scene's camera, and what its paths need.
+    struct Viewed<'a> {
+        scene: &'a Scene,
+        lights: Lights<'a>,
+        shines: Vec<bool>,
+        camera: Camera,
+    }
+
+    impl<'s> Viewed<'s> {
+        fn new(scene: &'s Scene) -> Self {
+            let sensor = scene.sensors().iter().find(|it| it.id == "camera");
+            let camera = Camera::new(scene, sensor.expect("a camera"));
+            Self {
+                scene,
+                lights: Lights::new(scene),
+                shines: shining_shapes(scene),
+                camera: camera.expect("it can be sampled"),
+            }
+        }
+
+        fn tracer<'a>(&'a self, settings: &'a PathSettings) -> Tracer<'a> {
+            Tracer::new(self.scene, &self.lights, settings, &self.shines)
+        }
+
+        /// The ray through a place of the image, given in shares of its sides, and one of the lens.
+        fn ray(&self, at: [f64; 2], lens: [f64; 2]) -> PixelRay {
+            let size = DVec2::new(self.camera.width() as f64, self.camera.height() as f64);
+            self.camera
+                .ray_through(DVec2::from(at) * size, DVec2::from(lens))
+        }
+    }
+
+    fn stream(count: u64) -> PaddedStream {
+        PaddedStream::new(Stream::new(StreamKind::Sobol, 1), count)
+    }
+
     #[test]
     fn paths_in_packets_bring_what_each_brings_alone() {
-        let file = std::path::Path::new("scenes/glass-ball-mesh.xml");
-        let scene = crate::mitsuba::load(file, &[]).expect("a shipped scene loads");
-        let sensor = scene.sensors().iter().find(|it| it.id == "camera");
-        let camera = Camera::new(&scene, sensor.expect("a camera")).expect("it can be sampled");
-        let (lights, shines) = (Lights::new(&scene), shining_shapes(&scene));
-        let settings = PathSettings::default();
-        let stream = PaddedStream::new(Stream::new(StreamKind::Sobol, 1), 512);
+        let scene = load("scenes/glass-ball-mesh.xml");
+        let viewed = Viewed::new(&scene);
+        let (settings, stream) = (PathSettings::default(), stream(512));
         // A row of pixels through the ball.
         let row = |index: u64| {
+            let stream = &stream;
             let share = (index as f64 + 0.5) / 512.0;
-            let at = DVec2::new(share * camera.width() as f64, 0.5 * camera.height() as f64);
-            let numbers = PathNumbers {
-                stream: &stream,
-                index,
-            };
-            (camera.ray_through(at, DVec2::splat(0.5)), numbers)
+            (
+                viewed.ray([share, 0.5], [0.5; 2]),
+                PathNumbers { stream, index },
+            )
         };
         let views: Vec<_> = (0..512).map(row).collect();
-        let mut tracer = Tracer::new(&scene, &lights, &settings, &shines);
+        let mut tracer = viewed.tracer(&settings);
         let mut together = Vec::new();
         assert!(tracer.trace_all(&views, &mut together, &|| false));
         let counters = std::mem::take(&mut tracer.counters);
@@ -471,32 +506,25 @@ mod tests {
 
     #[test]
     fn paths_followed_together_bring_what_each_brings_alone() {
-        let file = std::path::Path::new("scenes/cornell-glass.xml");
-        let scene = crate::mitsuba::load(file, &[]).expect("a shipped scene loads");
-        let sensor = scene.sensors().iter().find(|it| it.id == "camera");
-        let camera = Camera::new(&scene, sensor.expect("a camera")).expect("it can be sampled");
-        let lights = Lights::new(&scene);
-        let shines = shining_shapes(&scene);
+        let scene = load("scenes/cornell-glass.xml");
+        let viewed = Viewed::new(&scene);
         for (max_depth, hide_emitters) in [(None, false), (Some(3), true)] {
             let settings = PathSettings {
                 max_depth,
                 hide_emitters,
                 ..PathSettings::default()
             };
-            let stream = PaddedStream::new(Stream::new(StreamKind::Sobol, 1), 600);
-            let views: Vec<_> = (0..600)
-                .map(|index| {
-                    let numbers = PathNumbers {
-                        stream: &stream,
-                        index,
-                    };
-                    let [u, v, s, t] = numbers.camera();
-                    let size = DVec2::new(camera.width() as f64, camera.height() as f64);
-                    let at = DVec2::new(u, v) * size;
-                    (camera.ray_through(at, DVec2::new(s, t)), numbers)
-                })
-                .collect();
-            let mut tracer = Tracer::new(&scene, &lights, &settings, &shines);
+            let stream = stream(600);
+            let anywhere = |index: u64| {
+                let numbers = PathNumbers {
+                    stream: &stream,
+                    index,
+                };
+                let [u, v, s, t] = numbers.camera();
+                (viewed.ray([u, v], [s, t]), numbers)
+            };
+            let views: Vec<_> = (0..600).map(anywhere).collect();
+            let mut tracer = viewed.tracer(&settings);
             let mut together = Vec::new();
             assert!(tracer.trace_together(&views, &mut together, &|| false));
             let counters = std::mem::take(&mut tracer.counters);
