@@ -6,7 +6,8 @@
 //! compared, which does not depend on the number of samples if points are random. Time is CPU time if the
 //! system tells it, since another program's work is not part of it, and wall time elsewhere.
 //!
-//! Skipped, with the reason, if there is no Python with Mitsuba 3.9.1.
+//! Skipped, with the reason, if there is no Python with Mitsuba 3.9.1. Its `llvm_ad_rgb` takes LLVM from the system:
+//! `DRJIT_LIBLLVM_PATH` names another one where it ends in an error, as 15 and 16 did with AVX-512.
 #![allow(
     clippy::disallowed_methods,
     reason = "oracles and figures of a bench, no results"
@@ -29,16 +30,29 @@ use nephroid::internals::run::{Layer, Progress};
 use nephroid::internals::scene::{Crop, ReconstructionFilter, Scene, Sensor};
 use support::child::Answering;
 
-const WIDTH: u32 = 40;
-const HEIGHT: u32 = 30;
+/// Number of seeds of a small image.
 const SEEDS: u64 = 8;
 const DEPTH: u32 = 16;
 
-/// Samples a pixel of each render by paths.
-const SAMPLES: u64 = 256;
+/// Pixels of a small image along each side, and samples of each render by paths or photons.
+const SMALL: Size = Size {
+    width: 40,
+    height: 30,
+    samples: 256,
+};
 
-/// Photons of each render by light tracing.
-const PHOTONS: u64 = 1 << 19;
+/// The same of a large one.
+const LARGE: Size = Size {
+    width: 640,
+    height: 480,
+    samples: 16,
+};
+
+/// Photons a pixel of a small image: about 2¹⁹ of each render by light tracing.
+const PHOTONS: Size = Size {
+    samples: 437,
+    ..SMALL
+};
 
 /// Samples a pixel, depth and scenes of the comparison over many scenes. CPU time has steps of 10 ms.
 const MANY_SAMPLES: u64 = 512;
@@ -69,27 +83,37 @@ fn main() {
     };
     let mut llvm = Mitsuba::start("llvm_ad_rgb");
     println!(
-        "| scene | ours | Mitsuba | relative error ours, theirs | CPU s ours, theirs | advantage at equal time |"
+        "| scene | ours | Mitsuba | relative error ours, theirs | CPU s ours, theirs | samples a CPU second, ours / theirs | advantage at equal time |"
     );
-    println!("|---|---|---|--:|--:|--:|");
+    println!("|---|---|---|--:|--:|--:|--:|");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let glass = shipped("cornell-glass");
-    for (name, file) in [
-        ("cornell-glass, all light", glass.clone()),
-        (
-            "cornell-glass, its ball matt",
-            with_matt_ball(&glass, folder.path()),
-        ),
+    let matt = with_matt_ball(&glass, folder.path());
+    let by_paths = |name, file: &Path, size, seeds| Contest {
+        name,
+        file: file.to_owned(),
+        size,
+        seeds,
+        method: Ours::Path,
+    };
+    let by_light = |name, file| Contest {
+        name,
+        file: shipped(file),
+        size: PHOTONS,
+        seeds: SEEDS,
+        method: Ours::Light,
+    };
+    for contest in [
+        by_paths("cornell-glass, all light", &glass, SMALL, SEEDS),
+        by_paths("the same, 640 x 480", &glass, LARGE, SEEDS / 2),
+        by_paths("cornell-glass, its ball matt", &matt, SMALL, SEEDS),
+        by_paths("the same, 640 x 480", &matt, LARGE, SEEDS / 2),
+        by_light("glass-ball, caustic", "glass-ball"),
+        by_light("diamond, caustic", "diamond"),
+        by_light("water, caustic", "water"),
     ] {
-        compare(name, &file, &mut scalar, &mut llvm, Ours::Path);
+        contest.run(&mut scalar, &mut llvm);
     }
-    compare(
-        "glass-ball, caustic",
-        &shipped("glass-ball"),
-        &mut scalar,
-        &mut llvm,
-        Ours::Light,
-    );
 }
 
 /// By how much paths are ahead of Mitsuba's over the scenes of [`MANY`], and the median.
@@ -143,7 +167,7 @@ fn of_one_scene(folder: &Path, name: &str, mitsuba: &mut Mitsuba) -> Option<[f64
             "scene": file, "integrator": "path", "max_depth": MANY_DEPTH,
             "samples": MANY_SAMPLES, "seed": 1_000_003 * seed,
         });
-        let answer = mitsuba.ask(&job);
+        let answer = mitsuba.ask(&job).expect("Mitsuba answers");
         let Some(rows) = answer["rows"].as_u64() else {
             println!("| {name} | {} | | | | | |", answer["error"]);
             return None;
@@ -235,60 +259,103 @@ impl Renders {
     }
 }
 
-fn compare(
-    name: &str,
-    file: &Path,
-    scalar: &mut Mitsuba,
-    llvm: &mut Result<Mitsuba, String>,
+/// The size of an image.
+#[derive(Clone, Copy)]
+struct Size {
+    width: u32,
+    height: u32,
+    /// A pixel.
+    samples: u64,
+}
+
+impl Size {
+    fn all_samples(self) -> u64 {
+        u64::from(self.width * self.height) * self.samples
+    }
+}
+
+/// A scene that both programs render.
+struct Contest {
+    name: &'static str,
+    file: PathBuf,
+    size: Size,
+    seeds: u64,
     method: Ours,
-) {
-    let scene = mitsuba::load(file, &[]).expect("a shipped scene loads");
-    let camera = small_camera(&scene);
-    let mut ours = Renders::default();
-    let mut others = [Renders::default(), Renders::default()];
-    for seed in 1..=SEEDS {
-        ours.add(timed(|| match method {
-            Ours::Path => by_paths(&scene, &camera, seed, DEPTH),
-            Ours::Light => by_photons(&scene, &camera, seed),
-        }));
-        others[0].add(scalar.render(file, method, seed));
-        if let Ok(llvm) = llvm {
-            others[1].add(llvm.render(file, method, seed));
+}
+
+impl Contest {
+    /// Renders by turns, and prints a line for each variant of Mitsuba.
+    fn run(&self, scalar: &mut Mitsuba, llvm: &mut Result<Mitsuba, String>) {
+        let scene = mitsuba::load(&self.file, &[]).expect("a shipped scene loads");
+        let camera = scene.sensors().iter().find(|it| it.id == "camera");
+        let camera = sized(camera.expect("a camera"), self.size.width, self.size.height);
+        let mut ours = Renders::default();
+        let mut others = [Renders::default(), Renders::default()];
+        for seed in 1..=self.seeds {
+            ours.add(timed(|| match self.method {
+                Ours::Path => by_paths(&scene, &camera, seed, DEPTH, self.size.samples),
+                Ours::Light => by_photons(&scene, &camera, seed, self.size.all_samples()),
+            }));
+            others[0].add(self.by(scalar, seed).expect("Mitsuba answers"));
+            let found = llvm.as_mut().ok().map(|llvm| self.by(llvm, seed));
+            match found {
+                Some(Some(render)) => others[1].add(render),
+                Some(None) => *llvm = Err("it ended: another LLVM may do".to_owned()),
+                None => {}
+            }
+        }
+        let wanted: Vec<bool> = match self.method {
+            Ours::Path => vec![true; ours.images[0].len()],
+            // `ptracer` also has direct light: only pixels in the shadow show the noise of the caustic.
+            Ours::Light => {
+                let direct = by_paths(&scene, &camera, 0, 2, SMALL.samples);
+                let caustic = |pixel: usize| ours.images.iter().any(|image| image[pixel] > 0.0);
+                (0..direct.len())
+                    .map(|pixel| direct[pixel] == 0.0 && caustic(pixel))
+                    .collect()
+            }
+        };
+        for (variant, other) in ["scalar_rgb", "llvm_ad_rgb"].into_iter().zip(&others) {
+            if other.images.len() == ours.images.len() {
+                self.print(variant, &ours, other, &wanted);
+            }
+        }
+        if let Err(reason) = llvm {
+            println!("| {} | | llvm_ad_rgb: {reason} | | | | |", self.name);
         }
     }
-    let wanted: Vec<bool> = match method {
-        Ours::Path => vec![true; (WIDTH * HEIGHT) as usize],
-        // `ptracer` also has direct light: only pixels in the ball's shadow show the noise of its caustic.
-        Ours::Light => {
-            let direct = by_paths(&scene, &camera, 0, 2);
-            let caustic = |pixel: usize| ours.images.iter().any(|image| image[pixel] > 0.0);
-            (0..direct.len())
-                .map(|pixel| direct[pixel] == 0.0 && caustic(pixel))
-                .collect()
-        }
-    };
-    let [variance, _] = ours.relative_variance(&wanted);
-    for (variant, other) in ["scalar_rgb", "llvm_ad_rgb"].into_iter().zip(&others) {
-        if other.images.is_empty() {
-            continue;
-        }
-        let [theirs, _] = other.relative_variance(&wanted);
-        let [own, their] = [&ours, other].map(Renders::seconds);
-        let [method, integrator] = match method {
+
+    fn print(&self, variant: &str, ours: &Renders, other: &Renders, wanted: &[bool]) {
+        let [variance, theirs] = [ours, other].map(|it| it.relative_variance(wanted)[0]);
+        let [own, their] = [ours, other].map(Renders::seconds);
+        let [method, integrator] = match self.method {
             Ours::Path => ["path", "path"],
             Ours::Light => ["light", "ptracer"],
         };
         println!(
-            "| {name} | {method} | {variant} {integrator} | {:.2} %, {:.2} % | {:.2}, {:.2} | {:.2} |",
+            "| {} | {method} | {variant} {integrator} | {:.2} %, {:.2} % | {:.2}, {:.2} | {:.2} | {:.2} |",
+            self.name,
             100.0 * variance.sqrt(),
             100.0 * theirs.sqrt(),
             own,
             their,
+            their / own,
             theirs * their / (variance * own)
         );
     }
-    if let Err(reason) = llvm {
-        println!("| {name} | | llvm_ad_rgb: {reason} | | | |");
+
+    /// A render by Mitsuba; `None` if it ended.
+    fn by(&self, mitsuba: &mut Mitsuba, seed: u64) -> Option<(Vec<f64>, f64)> {
+        let integrator = match self.method {
+            Ours::Path => "path",
+            Ours::Light => "ptracer",
+        };
+        let job = serde_json::json!({
+            "scene": self.file, "integrator": integrator, "max_depth": DEPTH,
+            "width": self.size.width, "height": self.size.height,
+            "samples": self.size.samples, "seed": 1_000_003 * seed,
+        });
+        mitsuba.ask(&job).as_ref().map(Mitsuba::image)
     }
 }
 
@@ -310,11 +377,6 @@ fn with_matt_ball(file: &Path, folder: &Path) -> PathBuf {
     path
 }
 
-fn small_camera(scene: &Scene) -> Sensor {
-    let camera = scene.sensors().iter().find(|it| it.id == "camera");
-    sized(camera.expect("a camera"), WIDTH, HEIGHT)
-}
-
 /// The sensor with a film of another size.
 fn sized(sensor: &Sensor, width: u32, height: u32) -> Sensor {
     let mut camera = sensor.clone();
@@ -332,13 +394,13 @@ fn values(layer: &Layer) -> Vec<f64> {
     layer.values.iter().map(|it| it.mean()).collect()
 }
 
-fn by_paths(scene: &Scene, camera: &Sensor, seed: u64, max_depth: u32) -> Vec<f64> {
+fn by_paths(scene: &Scene, camera: &Sensor, seed: u64, max_depth: u32, samples: u64) -> Vec<f64> {
     let settings = PathSettings {
         seed,
         max_depth: Some(max_depth),
         ..PathSettings::default()
     };
-    image_by_paths(scene, camera, settings, SAMPLES)
+    image_by_paths(scene, camera, settings, samples)
 }
 
 fn image_by_paths(
@@ -352,13 +414,13 @@ fn image_by_paths(
     values(&found.expect("a scene that loads can be rendered").0.total)
 }
 
-fn by_photons(scene: &Scene, camera: &Sensor, seed: u64) -> Vec<f64> {
+fn by_photons(scene: &Scene, camera: &Sensor, seed: u64, photons: u64) -> Vec<f64> {
     let settings = PhotonSettings {
         seed,
         ..PhotonSettings::default()
     };
     let budget = Budget {
-        work: Some(PHOTONS),
+        work: Some(photons),
         ..Budget::default()
     };
     let found = photons::run(scene, camera, settings, &budget, &Progress::default());
@@ -415,21 +477,10 @@ impl Mitsuba {
         serde_json::from_str(&self.0.answer()?).ok()
     }
 
-    fn render(&mut self, file: &Path, method: Ours, seed: u64) -> (Vec<f64>, f64) {
-        let (integrator, samples) = match method {
-            Ours::Path => ("path", SAMPLES),
-            Ours::Light => ("ptracer", PHOTONS / u64::from(WIDTH * HEIGHT)),
-        };
-        let job = serde_json::json!({
-            "scene": file, "integrator": integrator, "max_depth": DEPTH, "width": WIDTH, "height": HEIGHT,
-            "samples": samples, "seed": 1_000_003 * seed,
-        });
-        Self::image(&self.ask(&job))
-    }
-
-    fn ask(&mut self, job: &serde_json::Value) -> serde_json::Value {
+    /// The answer to a job; `None` if the process ended.
+    fn ask(&mut self, job: &serde_json::Value) -> Option<serde_json::Value> {
         self.0.send(&job.to_string());
-        self.answer().expect("Mitsuba answers")
+        self.answer()
     }
 
     /// The image of an answer, and its seconds.

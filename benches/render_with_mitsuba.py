@@ -45,7 +45,7 @@ os.dup2(2, 1)
 print(json.dumps({"version": mi.__version__}), file=answers, flush=True)
 for line in sys.stdin:
     job = json.loads(line)
-    key = (job["scene"], job["integrator"])
+    key = tuple(job.get(it) for it in ("scene", "integrator", "width", "height"))
     first = key not in scenes
     try:
         if first:

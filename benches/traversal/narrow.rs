@@ -26,7 +26,7 @@ impl Narrow {
                 Triangle { v0, v1, v2 }
             })
             .collect();
-        // The preset with which our trees are made (see `geometry/accel/build.rs`).
+        // Its clusters look as far for partners as ours do (see `geometry/accel/clustering.rs`).
         let parameters = BvhBuildParams::medium_build();
         let tree = build_cwbvh_from_tris(&triangles, parameters, &mut Duration::default());
         let triangles = tree

@@ -176,7 +176,7 @@ mod tests {
     fn defaults_that_differ_are_told_by_method() {
         let flags = flags();
         let help = |key: &str| flags.iter().find(|flag| flag.key == key).unwrap().help();
-        assert!(help("replicates").contains("[default: 32; photon-map: 16; full: "));
+        assert!(help("replicates").contains("[default: 32; path: 8; photon-map: 16; full: "));
         assert!(
             help("error").ends_with("[default: no limit; beams: 0.1% if nothing else is limited]")
         );

@@ -68,6 +68,7 @@ fn compare(scenes: &Path, file: &str, image: &Path) -> Outcome {
     sensor.film.filter = ReconstructionFilter::Box;
     let settings = PathSettings {
         max_depth: Some(DEPTH),
+        replicates: 32,
         ..PathSettings::default()
     };
     let ours = render(&scene, &sensor, settings, samples_of(&mitsuba) / SHARE);

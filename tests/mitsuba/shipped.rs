@@ -174,6 +174,7 @@ fn every_shipped_scene_makes_mitsubas_image_by_paths() {
         let sensor = camera(&scene, &mitsuba);
         let settings = PathSettings {
             max_depth: Some(DEPTH),
+            replicates: 32,
             ..PathSettings::default()
         };
         // As many as in `parity.rs`.

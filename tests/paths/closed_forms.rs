@@ -7,7 +7,9 @@ use nephroid::internals::reference::path::{LightSampling, PathSettings};
 use nephroid::internals::transport::path_class::PathClass;
 
 use crate::support;
-use crate::support::paths::{BOX, assert_mean, camera, class, film, image, scene};
+use crate::support::paths::{
+    BOX, assert_mean, camera, class, film, image, scene, with_32_replicates,
+};
 
 const WAYS: [LightSampling; 4] = [
     LightSampling::Power,
@@ -45,7 +47,7 @@ fn in_a_furnace_paths_without_choices_have_no_variance_at_all() {
             light_sampling: LightSampling::Surfaces,
             max_depth: Some(legs),
             rr_depth: u32::MAX,
-            ..PathSettings::default()
+            ..with_32_replicates()
         };
         let found = image(&scene, settings, 32);
         let truth = 2.0 - 2f64.powi(1 - legs as i32);
@@ -75,7 +77,7 @@ fn a_furnace_is_as_bright_as_its_series_however_light_is_found() {
                 light_sampling,
                 stream,
                 rr_depth: 3,
-                ..PathSettings::default()
+                ..with_32_replicates()
             };
             let found = image(&scene, settings, 128);
             let claim = format!("{light_sampling:?}, {stream:?}");
@@ -100,7 +102,7 @@ fn error_bars_are_as_wide_as_errors() {
     // Random points, and many of them: the mean of a replicate is nearly normal.
     let settings = PathSettings {
         stream: StreamKind::Random,
-        ..PathSettings::default()
+        ..with_32_replicates()
     };
     let found = image(&scene, settings, 32 * 16);
     let squares: f64 = found
@@ -153,7 +155,7 @@ fn a_disc_light_over_a_floor_is_its_closed_form() {
     for light_sampling in WAYS {
         let settings = PathSettings {
             light_sampling,
-            ..PathSettings::default()
+            ..with_32_replicates()
         };
         let found = image(&scene, settings, 4096);
         assert_mean(&format!("{light_sampling:?}"), &found.total, truth, 3e-3);
@@ -173,7 +175,7 @@ fn a_ball_light_over_a_floor_is_its_closed_form() {
         let settings = PathSettings {
             light_sampling,
             max_depth: Some(2),
-            ..PathSettings::default()
+            ..with_32_replicates()
         };
         let found = image(&scene, settings, 4096);
         let direct = class(&found, PathClass::Direct).unwrap();
@@ -206,7 +208,7 @@ fn light_through_a_mask_and_a_null_surface_keeps_what_they_let_pass() {
         (black, 0.0),
     ] {
         let scene = over_floor(&format!("{lamp}{}", sheet(bsdf)));
-        let found = image(&scene, PathSettings::default(), 64);
+        let found = image(&scene, with_32_replicates(), 64);
         let (value, _) = support::paths::mean(&found.total, 0);
         // The field's far corner is 7e-4 off the axis: 3/2 (7e-4)² = 7e-7 of the light at most.
         assert!(
@@ -225,7 +227,7 @@ fn light_through_a_mask_and_a_null_surface_keeps_what_they_let_pass() {
             light_sampling,
             // Passing is no leg: two are enough.
             max_depth: Some(2),
-            ..PathSettings::default()
+            ..with_32_replicates()
         };
         let found = image(&scene, settings, 4096);
         let truth = 0.75 * 0.8 * 3.0 * 0.5625 / 1.5625;
@@ -248,7 +250,7 @@ fn radiance_behind_glass_scales_by_the_square_of_its_index_and_back() {
     // Roulette must not be misled by radiance that is n² times as high inside of the glass.
     let settings = PathSettings {
         rr_depth: 1,
-        ..PathSettings::default()
+        ..with_32_replicates()
     };
     let found = image(&scene, settings, 2048);
     let reflectance: f64 = 0.04;

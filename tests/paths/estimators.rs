@@ -8,7 +8,9 @@ use nephroid::internals::scene::Scene;
 use nephroid::internals::transport::path_class::{PathClass, PathClasses};
 
 use crate::support;
-use crate::support::paths::{BOX, bits, camera, class, film, image, layer_bits, mean, scene};
+use crate::support::paths::{
+    BOX, bits, camera, class, film, image, layer_bits, mean, scene, with_32_replicates,
+};
 
 /// A room of many materials under a broad lamp, a glass ball in it.
 fn room(film: &str) -> Scene {
@@ -81,7 +83,7 @@ fn three_ways_to_find_light_agree_in_every_pixel() {
                 seed: index as u64,
                 // So that no replicate's mean is far from normal: long chains between mirrors carry little.
                 max_depth: Some(8),
-                ..PathSettings::default()
+                ..with_32_replicates()
             };
             image(&scene, settings, 1024)
         })
@@ -178,7 +180,7 @@ fn a_filter_spreads_constant_light_evenly_and_crops_change_no_mean() {
             let scene = scene(&format!("{}{wall}", camera(50.0, &film)));
             let settings = PathSettings {
                 max_depth: Some(1),
-                ..PathSettings::default()
+                ..with_32_replicates()
             };
             let found = image(&scene, settings, 128);
             assert_eq!(found.width, if more == crop { 5 } else { 8 });
@@ -205,7 +207,7 @@ fn a_filter_is_a_convolution_of_the_image() {
         let film = film(16, 9, &format!("<rfilter type=\"{name}\"/>"));
         let scene = scene(&format!("{}{lamp}", camera(50.0, &film)));
         let filter = scene.sensors()[0].film.filter;
-        let found = image(&scene, PathSettings::default(), 4096);
+        let found = image(&scene, with_32_replicates(), 4096);
         let integral = |from: f64, to: f64| {
             let rule = nephroid::internals::numeric::quadrature::GaussLegendre::new(40).unwrap();
             // Cubics have knots at whole pixels.
@@ -260,7 +262,7 @@ fn hidden_emitters_are_seen_through_and_mirrored() {
         let elements = format!("{}{lamp}{wall}{light}", camera(2.0, &film(4, 4, BOX)));
         let settings = PathSettings {
             hide_emitters: hide,
-            ..PathSettings::default()
+            ..with_32_replicates()
         };
         image(&scene(&elements), settings, 64)
     };
@@ -299,7 +301,7 @@ fn under_glass() -> Scene {
 #[test]
 fn the_caustic_that_paths_find_by_chance_is_the_one_that_photons_measure() {
     let scene = under_glass();
-    let eye = image(&scene, PathSettings::default(), 4096);
+    let eye = image(&scene, with_32_replicates(), 4096);
     let (radiance, of_radiance) = mean(class(&eye, PathClass::Caustic).unwrap(), 0);
     let photons = support::Photons::new(1 << 18).estimate(&scene);
     let specular: Vec<_> = photons
@@ -336,7 +338,7 @@ fn the_caustic_that_paths_find_by_chance_is_the_one_that_photons_measure() {
 fn a_run_stops_at_its_error_and_at_its_time() {
     let scene = room(&film(16, 12, BOX));
     let run = |budget: Budget| {
-        let settings = PathSettings::default();
+        let settings = with_32_replicates();
         run(
             &scene,
             &scene.sensors()[0],
@@ -379,7 +381,7 @@ fn rounds_of_random_points_are_one_run_in_parts() {
     let settings = PathSettings {
         stream: StreamKind::Random,
         max_depth: Some(3),
-        ..PathSettings::default()
+        ..with_32_replicates()
     };
     let budget = Budget {
         work: Some(7 * 32),
@@ -407,7 +409,7 @@ fn rounds_of_random_points_are_one_run_in_parts() {
 fn what_cannot_be_an_image_is_an_error_that_says_why() {
     let scene = under_glass();
     let meter = &scene.sensors()[1];
-    let settings = PathSettings::default();
+    let settings = with_32_replicates();
     let error = |sensor, settings| {
         run(
             &scene,
@@ -450,7 +452,7 @@ fn samples_that_are_no_numbers_are_counted_and_fail_the_run() {
         work: Some(64),
         ..Budget::default()
     };
-    let settings = PathSettings::default();
+    let settings = with_32_replicates();
     let progress = Progress::default();
     let error = run(&scene, &scene.sensors()[0], settings, &budget, &progress).unwrap_err();
     // Every sample of the first replicate meets the ball, 2 a pixel; half of the directions are below its horizon.

@@ -17,7 +17,9 @@ use nephroid::internals::scene::{Scene, Sensor};
 use nephroid::internals::transport::path_class::{PathClass, PathClasses};
 
 use crate::support;
-use crate::support::paths::{BOX, camera, class, film, image, layer_bits, mean, scene};
+use crate::support::paths::{
+    BOX, camera, class, film, image, layer_bits, mean, scene, with_32_replicates,
+};
 use crate::support::student;
 
 const FLOOR: &str =
@@ -81,9 +83,17 @@ fn full(scene: &Scene, settings: FullSettings, limits: &Limits) -> (Estimate, Fu
     .unwrap()
 }
 
+/// The default settings, but for more replicates of paths.
+fn settings() -> FullSettings {
+    FullSettings {
+        path: with_32_replicates(),
+        ..FullSettings::default()
+    }
+}
+
 /// Lookups much narrower than these coarse images' pixels, and so many maps.
 fn with_small_maps() -> FullSettings {
-    let default = FullSettings::default();
+    let default = settings();
     FullSettings {
         photon_map: PhotonMapSettings {
             map_photons: 1 << 12,
@@ -234,7 +244,7 @@ fn assert_classes_are_those_of_paths(lamp: &str) {
     let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
     assert_eq!(methods, [Finder::Photons, Finder::PhotonMap, Finder::Path]);
     // What paths measure are the bits of `--method path`, and every class is lit.
-    let by_paths = image(&scene, PathSettings::default(), 2048);
+    let by_paths = image(&scene, with_32_replicates(), 2048);
     assert_eq!(names(&found), PathClass::ALL.map(LayerName::Class));
     let layer = |image, of| class(image, of).unwrap();
     for same in PathClass::ALL {
@@ -247,7 +257,7 @@ fn assert_classes_are_those_of_paths(lamp: &str) {
         &scene,
         PathSettings {
             seed: 1,
-            ..PathSettings::default()
+            ..with_32_replicates()
         },
         8192,
     );
@@ -261,7 +271,7 @@ fn assert_classes_are_those_of_paths(lamp: &str) {
 #[test]
 fn the_layers_are_one_a_class_and_sum_to_the_image_with_its_bounds() {
     let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, POINT, LAMP]);
-    let (found, report) = full(&scene, FullSettings::default(), &budget(32, 1 << 20));
+    let (found, report) = full(&scene, settings(), &budget(32, 1 << 20));
     let mut measured = PathClasses::NONE;
     for part in &report.parts {
         for class in part.classes.iter() {
@@ -299,11 +309,11 @@ fn the_layers_are_one_a_class_and_sum_to_the_image_with_its_bounds() {
 fn caustics_of_point_lights_which_paths_never_find_are_those_of_beams() {
     let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, POINT]);
     let budget = budget(32, 1 << 19);
-    let (found, report) = full(&scene, FullSettings::default(), &budget);
+    let (found, report) = full(&scene, settings(), &budget);
     assert_eq!(report.parts[0].method, Finder::Beams);
     assert!(matches!(&report.parts[0].detail, PartDetail::Beams(it) if it.passes > 0));
     let aim = Budget::error(DEFAULT_BEAM_ERROR);
-    let settings = FullSettings::default().beams;
+    let settings = settings().beams;
     let sensor = &scene.sensors()[0];
     let (alone, _) = beams::run(&scene, sensor, settings, &aim, &Progress::default()).unwrap();
     let caustic = class(&found, PathClass::Caustic).unwrap();
@@ -311,7 +321,7 @@ fn caustics_of_point_lights_which_paths_never_find_are_those_of_beams() {
     for one in [PathClass::Caustic, PathClass::SeenCaustic] {
         assert!(mean(class(&found, one).unwrap(), 0).0 > 0.0, "{one} is lit");
     }
-    let by_paths = image(&scene, PathSettings::default(), 32);
+    let by_paths = image(&scene, with_32_replicates(), 32);
     assert!(class(&by_paths, PathClass::Caustic).is_none());
     assert!(class(&found, PathClass::IndirectCaustic).is_none());
     assert!(
@@ -332,7 +342,7 @@ fn caustics_on_surfaces_that_light_cannot_be_connected_from_are_found_by_photon_
         methods,
         [Finder::PhotonMap, Finder::PhotonMap, Finder::Path]
     );
-    let truth = image(&scene, PathSettings::default(), 4096);
+    let truth = image(&scene, with_32_replicates(), 4096);
     for one in [PathClass::Caustic, PathClass::SeenCaustic] {
         let [a, b] = [&found, &truth].map(|image| class(image, one).unwrap());
         assert_mapped(a, &report, b);
@@ -344,13 +354,13 @@ fn light_of_rough_interfaces_is_measured_once() {
     // Where nothing is smooth, photons are connected; what is seen of rough glass on rough metal, and behind
     // the glass, is for paths.
     let scene = room(&film(16, 12, BOX), FLOOR, &[FROSTED, BRUSHED, LAMP]);
-    let (found, report) = full(&scene, FullSettings::default(), &budget(2048, 1 << 22));
+    let (found, report) = full(&scene, settings(), &budget(2048, 1 << 22));
     let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
     assert_eq!(methods, [Finder::Photons, Finder::Path]);
     assert!(report.notices.is_empty(), "{:?}", report.notices);
     let settings = PathSettings {
         seed: 1,
-        ..PathSettings::default()
+        ..with_32_replicates()
     };
     let truth = image(&scene, settings, 1 << 13);
     let layer = |image, of| class(image, of).unwrap();
@@ -368,7 +378,7 @@ fn light_of_rough_interfaces_is_measured_once() {
         methods,
         [Finder::PhotonMap, Finder::PhotonMap, Finder::Path]
     );
-    let truth = image(&scene, PathSettings::default(), 1 << 12);
+    let truth = image(&scene, with_32_replicates(), 1 << 12);
     for one in [PathClass::Caustic, PathClass::SeenCaustic] {
         let [a, b] = [&found, &truth].map(|image| class(image, one).unwrap());
         assert_mapped(a, &report, b);
@@ -409,7 +419,7 @@ fn light_of_coats_is_measured_once() {
     assert!(report.notices.is_empty(), "{:?}", report.notices);
     let settings = PathSettings {
         seed: 1,
-        ..PathSettings::default()
+        ..with_32_replicates()
     };
     let truth = image(&scene, settings, 1 << 13);
     let layer = |image, of| class(image, of).unwrap();
@@ -452,7 +462,7 @@ fn light_of_blends_is_measured_once() {
     assert!(report.notices.is_empty(), "{:?}", report.notices);
     let settings = PathSettings {
         seed: 1,
-        ..PathSettings::default()
+        ..with_32_replicates()
     };
     let truth = image(&scene, settings, 1 << 13);
     let layer = |image, of| class(image, of).unwrap();
@@ -636,15 +646,9 @@ fn the_plan_takes_the_best_method_that_a_scene_allows_and_says_why() {
 /// The error of a run on a scene's sensor.
 fn refused(scene: &Scene, sensor: &Sensor) -> String {
     let none = Budget::default();
-    let error: Error = run(
-        scene,
-        sensor,
-        FullSettings::default(),
-        &none,
-        &Progress::default(),
-    )
-    .err()
-    .unwrap();
+    let error: Error = run(scene, sensor, settings(), &none, &Progress::default())
+        .err()
+        .unwrap();
     error.to_string()
 }
 
@@ -659,7 +663,7 @@ fn a_receiver_is_refused_and_matt_scenes_have_one_part() {
         through_lens(FLOOR, &[LAMP]),
         room(&film(4, 4, GAUSSIAN), FLOOR, &[LAMP]),
     ] {
-        let (_, report) = full(&matt, FullSettings::default(), &budget(32, 1));
+        let (_, report) = full(&matt, settings(), &budget(32, 1));
         assert_eq!(report.parts.len(), 1);
         assert_eq!(report.parts[0].classes, PathClasses::ALL);
     }
@@ -695,7 +699,7 @@ fn caustics_through_any_filter_on_any_texture_are_those_of_paths() {
         let (found, report) = full(&scene, with_small_maps(), &budget(64, 1 << 24));
         let methods: Vec<Finder> = report.parts.iter().map(|part| part.method).collect();
         assert_eq!(methods, [Finder::Photons, Finder::PhotonMap, Finder::Path]);
-        let truth = image(&scene, PathSettings::default(), 8192);
+        let truth = image(&scene, with_32_replicates(), 8192);
         let layer = |image, of| class(image, of).unwrap();
         let one = PathClass::Caustic;
         assert_same(filter, layer(&found, one), layer(&truth, one));
@@ -712,7 +716,7 @@ fn tiles_have_their_colours_in_the_light_of_a_white_lamp() {
          <translate z=\"-1\"/></transform>{TILES}</shape>{BALL}{POINT}",
         camera(45.0, &film(16, 12, BOX))
     ));
-    let (found, report) = full(&scene, FullSettings::default(), &budget(32, 1 << 20));
+    let (found, report) = full(&scene, settings(), &budget(32, 1 << 20));
     assert_eq!(report.parts[0].method, Finder::Photons);
     let caustic = class(&found, PathClass::Caustic).unwrap();
     let lit: Vec<Rgb> = caustic
@@ -763,7 +767,7 @@ fn a_border_that_is_sampled_shines_into_the_image() {
              <translate z=\"-1\"/></transform>{TILES}</shape>{BALL}{LAMP}"
         ));
         let (found, _) = full(&scene, with_small_maps(), &budget(64, 1 << 22));
-        let truth = image(&scene, PathSettings::default(), 8192);
+        let truth = image(&scene, with_32_replicates(), 8192);
         let one = PathClass::Caustic;
         let layer = |image| class(image, one).unwrap().clone();
         assert_same(filter, &layer(&found), &layer(&truth));
@@ -787,7 +791,7 @@ fn caustics_seen_through_a_lens_are_those_of_paths() {
         "{:?}",
         report.notices
     );
-    let truth = image(&scene, PathSettings::default(), 8192);
+    let truth = image(&scene, with_32_replicates(), 8192);
     for one in [PathClass::Caustic, PathClass::SeenCaustic] {
         let [a, b] = [&found, &truth].map(|image| class(image, one).unwrap());
         assert_mapped(a, &report, b);
@@ -818,7 +822,7 @@ fn the_same_bits_come_from_any_number_of_threads() {
                 replicates: 4,
                 ..PhotonSettings::default()
             },
-            ..FullSettings::default()
+            ..settings()
         };
         let [alone, together] = [1, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -836,7 +840,7 @@ fn the_same_bits_come_from_any_number_of_threads() {
 #[test]
 fn each_method_has_its_own_limit_and_its_part_of_the_time() {
     let scene = room(&film(16, 12, BOX), FLOOR, &[BALL, LAMP]);
-    let (found, report) = full(&scene, FullSettings::default(), &budget(96, 1 << 20));
+    let (found, report) = full(&scene, settings(), &budget(96, 1 << 20));
     let paths: Vec<u64> = report.parts.iter().map(|part| part.paths).collect();
     assert_eq!(paths, [1 << 20, 1 << 20, 96 * 16 * 12]);
     assert!(!found.incomplete);
@@ -846,7 +850,7 @@ fn each_method_has_its_own_limit_and_its_part_of_the_time() {
         photons: None,
     };
     let none = timed(Duration::ZERO);
-    let (found, report) = full(&scene, FullSettings::default(), &none);
+    let (found, report) = full(&scene, settings(), &none);
     assert!(found.incomplete && found.total.is_unknown());
     assert!(report.parts.iter().all(|part| part.incomplete));
     // With some, each has a share: none could do its part in no time.
@@ -868,7 +872,7 @@ fn a_class_that_nothing_ends_in_time_is_left_to_paths_and_said_to_be() {
         budget: Budget::time(Duration::from_secs(3)),
         photons: None,
     };
-    let mut settings = FullSettings::default();
+    let mut settings = settings();
     settings.photon_map.radius = 1e6;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
     let (found, report) = pool.unwrap().install(|| full(&scene, settings, &limits));
@@ -898,14 +902,7 @@ fn what_ends_nothing_in_its_time_gives_way_to_what_does() {
     let view = scene.sensors().iter().find(|one| one.is_camera()).unwrap();
     let within = |seconds: u64| {
         let budget = Budget::time(Duration::from_secs(seconds));
-        run(
-            &scene,
-            view,
-            FullSettings::default(),
-            &budget,
-            &Progress::default(),
-        )
-        .unwrap()
+        run(&scene, view, settings(), &budget, &Progress::default()).unwrap()
     };
     // On a slow machine paths end nothing in their share of three seconds. Beams take longer there, too, and end
     // nothing in the longer time either.

@@ -17,6 +17,7 @@ use nephroid::internals::scene::Scene;
 use nephroid::internals::transport::path_class::PathClass;
 
 use crate::support;
+use crate::support::paths::with_32_replicates;
 use crate::support::seen::{sensor, with_films};
 
 const WIDTH: usize = 16;
@@ -187,7 +188,7 @@ fn by_maps(scene: &Scene, row: &Row) -> Estimate {
 fn by_paths(scene: &Scene, row: &Row) -> Estimate {
     let settings = PathSettings {
         seed: 2,
-        ..PathSettings::default()
+        ..with_32_replicates()
     };
     let budget = Budget {
         work: Some(row.samples.max(32)),

@@ -52,6 +52,7 @@ fn by_paths(scene: &Scene, class: PathClass, samples: u64) -> Estimate {
     let settings = PathSettings {
         rr_depth: 100,
         classes: PathClasses::NONE.with(class),
+        replicates: 32,
         ..PathSettings::default()
     };
     let camera = sensor(scene, "orthographic");

@@ -55,8 +55,7 @@ fn next<'e>(
     counters: &mut TraversalCounters,
 ) -> Vec<Option<(Ray, Hit)>> {
     // All are of one variant of `refraction`.
-    let mut all = exits.clone();
-    if all.all(|exit| !exit.may_be_inside) {
+    if !exits.clone().any(|exit| exit.may_be_inside) {
         return next_hits(scene, exits.map(|exit| exit.ray), counters);
     }
     let next = |exit: &Exit| {

@@ -43,7 +43,7 @@ pub(super) fn build(boxes: &[Aabb], most_in_leaf: usize) -> Option<Bvh2> {
         .collect();
     let mut rings = Rings::of_one_each(boxes.len());
     // Children before their parents, and the later of two children first: the tree from its end on.
-    let mut nodes = Vec::with_capacity(boxes.len());
+    let mut nodes = Vec::with_capacity(2 * boxes.len() / most_in_leaf);
     let mut merged = Vec::with_capacity(clusters.len());
     let mut nearest = Vec::new();
     let mut looks = 0;
@@ -83,10 +83,11 @@ pub(super) fn build(boxes: &[Aabb], most_in_leaf: usize) -> Option<Bvh2> {
         merged.clear();
     }
     nodes.extend(clusters);
-    Some(turned(nodes, &rings))
+    debug_assert!(nodes.len() % 2 == 1 || boxes.is_empty(), "pairs and a root");
+    Some(root_first(nodes, &rings))
 }
 
-/// The boxes of each leaf, in a ring: two rings become one at once, however long they are.
+/// The boxes of each leaf, in a ring: two rings become one in one step, however long they are.
 struct Rings {
     /// Of each box the next in its ring.
     next: Vec<u32>,
@@ -99,7 +100,7 @@ impl Rings {
         }
     }
 
-    /// Makes one ring of two: of those that these boxes are in.
+    /// Makes one ring of the two different ones that these boxes are in.
     fn join(&mut self, one: u32, other: u32) {
         self.next.swap(one as usize, other as usize);
     }
@@ -110,9 +111,9 @@ impl Rings {
     }
 }
 
-/// The tree whose nodes these are from its end on. A leaf has the first of its ring, an inner node the place
-/// of its later child.
-fn turned(mut nodes: Vec<Bvh2Node>, rings: &Rings) -> Bvh2 {
+/// The tree of these nodes in reverse. `first_index` of a leaf is any box of its ring, that of an inner node
+/// the place of its later child.
+fn root_first(mut nodes: Vec<Bvh2Node>, rings: &Rings) -> Bvh2 {
     nodes.reverse();
     let before_last = nodes.len().saturating_sub(2) as u32;
     let mut primitive_indices = Vec::with_capacity(rings.next.len());
@@ -223,10 +224,11 @@ mod tests {
             .collect();
         for boxes in [&row, &heap, &shells] {
             assert!(build(boxes, 1).is_none());
-            assert!(build(boxes, WIDTH).is_none());
         }
-        checked(&row[..FEW], 1);
-        checked(&scattered, 1);
+        for most_in_leaf in [1, WIDTH] {
+            checked(&row[..FEW], most_in_leaf);
+            checked(&scattered, most_in_leaf);
+        }
     }
 
     #[test]

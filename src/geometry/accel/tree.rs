@@ -20,7 +20,7 @@ pub(super) struct TreeNode {
     pub children: [Child; WIDTH],
 }
 
-/// What the numbers of some rays whose directions have the same signs are along an axis.
+/// The ranges, along an axis, of the numbers of rays whose directions have the same signs.
 #[derive(Clone, Copy)]
 pub(super) struct AxisRange {
     /// 1 if the directions are negative, else 0.
@@ -45,7 +45,7 @@ impl AxisRange {
         leaving_reciprocal: 0.0,
     };
 
-    /// Of one ray along each axis.
+    /// Those of one ray, along each axis: its own numbers.
     #[inline(always)]
     #[allow(clippy::inline_always)] // or it is not compiled for the caller's registers
     pub(super) fn of(ray: &LocalRay) -> [Self; 3] {
@@ -206,8 +206,8 @@ impl BoxTree {
 }
 
 impl TreeNode {
-    /// For each child a distance no later than any of some rays enters it, and a bit that is set if one may
-    /// do so before `limit`. Of one ray, its own distance, and a bit that is set if it does.
+    /// For each child a lower bound on the distances at which some rays enter it, and a bit that is set if
+    /// one of them may do so before `limit`. Of one ray both are its own.
     ///
     /// Distances below 0 need no bound: a child that is entered there is entered at 0, and one that is left
     /// there is missed.

@@ -216,7 +216,7 @@ mod tests {
         for number in 0..count {
             // Two at a time, the further one last.
             let bottom = number / 2 * 2;
-            stack.push_sorted(bottom.min(stack.len()), (number % 2) as f32, number);
+            stack.push_sorted(bottom, (number % 2) as f32, number);
         }
         assert_eq!(stack.len(), FIXED);
         let mut given = Vec::new();

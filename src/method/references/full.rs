@@ -38,7 +38,7 @@ pub(super) const SETTINGS: &[Setting] = &[
 
 /// Each method has its own default.
 const REPLICATES: Setting = Setting {
-    default: crate::setting::Preset::Rule("32 of photons and paths, 16 of photon maps"),
+    default: crate::setting::Preset::Rule("8 of paths, 32 of photons, 16 of photon maps"),
     ..rows::replicates(2, "")
 };
 

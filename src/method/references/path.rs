@@ -27,7 +27,7 @@ pub(super) const SETTINGS: &[Setting] = &[
     rows::LIGHT_SAMPLING,
     row!("without-caustics": Kind::Flag, Value "false", "",
         "Leave out light that meets mirrors or glass first: what photons and beams measure"),
-    rows::replicates(1, "32"),
+    rows::replicates(1, "8"),
     rows::SEED,
     rows::SAMPLES,
 ];

@@ -26,12 +26,16 @@ pub struct PathSettings {
 }
 
 impl Default for PathSettings {
-    /// 32 replicates of Sobol' points, seed 0, paths of any length, as Mitsuba's `path`.
+    /// 8 replicates of Sobol' points, seed 0, paths of any length, as Mitsuba's `path`.
+    ///
+    /// Points of one replicate are even, those of several are not: of fewer replicates an image has less
+    /// noise, and Student's quantile for its bars is larger. Bars are narrowest with 8 of them
+    /// (docs/accuracy.md).
     fn default() -> Self {
         Self {
             stream: StreamKind::Sobol,
             seed: 0,
-            replicates: 32,
+            replicates: 8,
             max_depth: None,
             rr_depth: Integrator::DEFAULT_RR_DEPTH,
             hide_emitters: false,

@@ -480,12 +480,12 @@ mod tests {
         let (settings, stream) = (PathSettings::default(), stream(512));
         // A row of pixels through the ball.
         let row = |index: u64| {
-            let stream = &stream;
             let share = (index as f64 + 0.5) / 512.0;
-            (
-                viewed.ray([share, 0.5], [0.5; 2]),
-                PathNumbers { stream, index },
-            )
+            let numbers = PathNumbers {
+                stream: &stream,
+                index,
+            };
+            (viewed.ray([share, 0.5], [0.5; 2]), numbers)
         };
         let views: Vec<_> = (0..512).map(row).collect();
         let mut tracer = viewed.tracer(&settings);
