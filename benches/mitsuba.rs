@@ -45,7 +45,7 @@ const SMALL: Size = Size {
 const LARGE: Size = Size {
     width: 640,
     height: 480,
-    samples: 16,
+    samples: 64,
 };
 
 /// Photons a pixel of a small image: about 2¹⁹ of each render by light tracing.

@@ -28,9 +28,8 @@ pub struct PathSettings {
 impl Default for PathSettings {
     /// 8 replicates of Sobol' points, seed 0, paths of any length, as Mitsuba's `path`.
     ///
-    /// Points of one replicate are even, those of several are not: of fewer replicates an image has less
-    /// noise, and Student's quantile for its bars is larger. Bars are narrowest with 8 of them
-    /// (docs/accuracy.md).
+    /// Points of one replicate are even, those of several are not. With fewer replicates an image has less
+    /// noise, but Student's quantile for its bounds is larger (docs/accuracy.md has figures).
     fn default() -> Self {
         Self {
             stream: StreamKind::Sobol,
