@@ -148,6 +148,47 @@ fn the_classes_are_all_light_and_leaving_some_out_changes_no_bit_of_the_others()
 }
 
 #[test]
+fn points_of_fewer_replicates_have_less_noise_and_tell_as_well_how_much() {
+    let lamp = "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"0.5\"/>\
+        <rotate x=\"1\" angle=\"180\"/><translate z=\"1\"/></transform><emitter type=\"area\"/></shape>";
+    let scene = scene(&format!(
+        "{}<shape type=\"sphere\"><bsdf type=\"diffuse\"/><float name=\"radius\" value=\"0.5\"/></shape>\
+         <shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"3\"/><translate z=\"-0.6\"/>\
+         </transform><bsdf type=\"diffuse\"/></shape>{lamp}",
+        camera(45.0, &film(16, 12, BOX))
+    ));
+    let by = |replicates, seed, samples| {
+        let settings = PathSettings {
+            replicates,
+            seed,
+            ..PathSettings::default()
+        };
+        image(&scene, settings, samples).total
+    };
+    let truth = by(8, 1000, 1 << 16);
+    // The sum of squared errors, and what is said of it.
+    let of = |replicates| {
+        let (mut squares, mut said) = (0.0, 0.0);
+        for seed in 0..16 {
+            let found = by(replicates, seed, 512);
+            for (pixel, truth) in truth.values.iter().enumerate() {
+                squares += (found.values[pixel].0[1] - truth.0[1]).powi(2);
+                said += found.standard_error[pixel].0[1].powi(2);
+            }
+        }
+        [squares, said]
+    };
+    let [by_default, by_32] = [PathSettings::default().replicates, 32].map(of);
+    let gain = by_32[0] / by_default[0];
+    let told = [by_default, by_32].map(|[squares, said]| said / squares);
+    println!("variance of 32 replicates {gain} times that of the default; said by true {told:?}");
+    // A sum of squares of 16 images of 192 pixels is known to √(2/3072) = 3 % if errors are alike, and to 15 % if
+    // one pixel in thirty has most of it, as those on edges do. Points that are all independent gain nothing.
+    assert!(gain > 2.0, "{gain}");
+    assert!(told.iter().all(|it| (0.55..1.45).contains(it)), "{told:?}");
+}
+
+#[test]
 fn the_same_bits_come_from_any_number_of_threads() {
     // Tiles that overlap, and a border that is sampled.
     let filters = [
