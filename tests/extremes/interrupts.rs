@@ -161,7 +161,11 @@ fn paths_that_are_interrupted_say_so() {
     let scene = glass_ball(16);
     let camera = sensor(&scene, "camera");
     let pixels = PIXELS.iter().product::<usize>() as u64;
-    let replicates = u64::from(PathSettings::default().replicates);
+    let settings = PathSettings {
+        replicates: 255,
+        ..PathSettings::default()
+    };
+    let replicates = u64::from(settings.replicates);
     for (name, budget, each) in [
         (
             "paths, a number",
@@ -189,7 +193,6 @@ fn paths_that_are_interrupted_say_so() {
         ),
     ] {
         let by = |progress: &Progress| {
-            let settings = PathSettings::default();
             path::run(&scene, camera, settings, &budget, progress)
                 .unwrap()
                 .0

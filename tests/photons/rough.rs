@@ -47,12 +47,15 @@ pub fn by_photons(scene: &Scene, settings: PhotonSettings, photons: u64) -> Esti
     run(scene, meter, settings, &budget, &progress).unwrap()
 }
 
+/// Of paths.
+const REPLICATES: u32 = 32;
+
 fn by_paths(scene: &Scene, class: PathClass, samples: u64) -> Estimate {
     let (budget, progress) = (Budget::work(samples), Progress::default());
     let settings = PathSettings {
         rr_depth: 100,
         classes: PathClasses::NONE.with(class),
-        replicates: 32,
+        replicates: REPLICATES,
         ..PathSettings::default()
     };
     let camera = sensor(scene, "orthographic");
@@ -128,7 +131,7 @@ pub fn assert_as_paths_of(class: PathClass, name: &str, elements: &str, most: f6
     let (side, texels) = (SIDE as usize, (SIDE * SIDE) as usize);
     let channels = if is_achromatic(&scene) { 1 } else { 3 };
     let count = (channels * texels) as f64;
-    let freedom = settings.replicates.min(PathSettings::default().replicates) - 1;
+    let freedom = settings.replicates.min(REPLICATES) - 1;
     let limit = student::two_sided_quantile(ALPHA / count, freedom);
     let (mut off, mut variance, mut light, mut squares) = (0.0, 0.0, 0.0, 0.0);
     for texel in 0..texels {

@@ -22,7 +22,8 @@ use crate::geometry::{Bounds, rounding::gamma};
 /// 1 % fewer. The build takes a twentieth less or more.
 const REINSERTED: f32 = 0.3;
 
-/// The same in a tree of single boxes, which has five times as many nodes.
+/// The same in a tree over single boxes, such as the leaves of several parts. With 0.3 obvhs looks at four
+/// times as many nodes there, by simulation of thirty tori, and rays visit 1 to 2 % fewer.
 const REINSERTED_ALONE: f32 = 0.1;
 
 impl BoxTree {

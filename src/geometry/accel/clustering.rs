@@ -43,7 +43,7 @@ pub(super) fn build(boxes: &[Aabb], most_in_leaf: usize) -> Option<Bvh2> {
         .collect();
     let mut rings = Rings::of_one_each(boxes.len());
     // Children before their parents, and the later of two children first: the tree from its end on.
-    let mut nodes = Vec::with_capacity(2 * boxes.len() / most_in_leaf);
+    let mut nodes = Vec::with_capacity(4 * boxes.len() / (most_in_leaf + 1));
     let mut merged = Vec::with_capacity(clusters.len());
     let mut nearest = Vec::new();
     let mut looks = 0;
