@@ -34,21 +34,21 @@ use support::child::Answering;
 const SEEDS: u64 = 8;
 const DEPTH: u32 = 16;
 
-/// Pixels of a small image along each side, and samples of each render by paths or photons.
+/// A small image by paths.
 const SMALL: Size = Size {
     width: 40,
     height: 30,
     samples: 256,
 };
 
-/// The same of a large one.
+/// A large one.
 const LARGE: Size = Size {
     width: 640,
     height: 480,
     samples: 64,
 };
 
-/// Photons a pixel of a small image: about 2¹⁹ of each render by light tracing.
+/// A small image by light tracing: of about 2¹⁹ photons.
 const PHOTONS: Size = Size {
     samples: 437,
     ..SMALL
@@ -220,6 +220,16 @@ enum Ours {
     Light,
 }
 
+impl Ours {
+    /// Its name here, and that of Mitsuba's integrator.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Path => ["path", "path"],
+            Self::Light => ["light", "ptracer"],
+        }
+    }
+}
+
 /// Images of some seeds, and the time of all renders.
 #[derive(Default)]
 struct Renders {
@@ -297,11 +307,11 @@ impl Contest {
                 Ours::Light => by_photons(&scene, &camera, seed, self.size.all_samples()),
             }));
             others[0].add(self.by(scalar, seed).expect("Mitsuba answers"));
-            let found = llvm.as_mut().ok().map(|llvm| self.by(llvm, seed));
-            match found {
-                Some(Some(render)) => others[1].add(render),
-                Some(None) => *llvm = Err("it ended: another LLVM may do".to_owned()),
-                None => {}
+            if let Ok(process) = llvm {
+                match self.by(process, seed) {
+                    Some(render) => others[1].add(render),
+                    None => *llvm = Err("it ended: another LLVM may do".to_owned()),
+                }
             }
         }
         let wanted: Vec<bool> = match self.method {
@@ -328,10 +338,7 @@ impl Contest {
     fn print(&self, variant: &str, ours: &Renders, other: &Renders, wanted: &[bool]) {
         let [variance, theirs] = [ours, other].map(|it| it.relative_variance(wanted)[0]);
         let [own, their] = [ours, other].map(Renders::seconds);
-        let [method, integrator] = match self.method {
-            Ours::Path => ["path", "path"],
-            Ours::Light => ["light", "ptracer"],
-        };
+        let [method, integrator] = self.method.names();
         println!(
             "| {} | {method} | {variant} {integrator} | {:.2} %, {:.2} % | {:.2}, {:.2} | {:.2} | {:.2} |",
             self.name,
@@ -346,10 +353,7 @@ impl Contest {
 
     /// A render by Mitsuba; `None` if it ended.
     fn by(&self, mitsuba: &mut Mitsuba, seed: u64) -> Option<(Vec<f64>, f64)> {
-        let integrator = match self.method {
-            Ours::Path => "path",
-            Ours::Light => "ptracer",
-        };
+        let [_, integrator] = self.method.names();
         let job = serde_json::json!({
             "scene": self.file, "integrator": integrator, "max_depth": DEPTH,
             "width": self.size.width, "height": self.size.height,

@@ -450,7 +450,7 @@ fn rounds_of_random_points_are_one_run_in_parts() {
 fn what_cannot_be_an_image_is_an_error_that_says_why() {
     let scene = under_glass();
     let meter = &scene.sensors()[1];
-    let settings = with_32_replicates();
+    let settings = PathSettings::default();
     let error = |sensor, settings| {
         run(
             &scene,
