@@ -6,7 +6,7 @@ use super::Method;
 use super::entry::Entry;
 use super::references::beams;
 use super::table;
-use crate::reference::beams::DEFAULT_ERROR;
+use crate::reference::beams::{DEFAULT_ERROR, MOST_RAYS};
 use crate::run::format::{percent, time};
 use crate::scene::{Scene, Sensor};
 use crate::setting::{Given, SettingError, Values};
@@ -143,9 +143,6 @@ impl Method {
 fn has(entry: Entry, key: &str) -> bool {
     entry.table().iter().any(|row| row.key == key)
 }
-
-/// Most rays of beams that are chosen without being asked for: some minutes' work.
-const MOST_RAYS: f64 = 1e9;
 
 /// Most texels of a film on which beams are forecast here: a choice is to take little time and memory. The
 /// run on a larger one says itself how long it will take.

@@ -14,6 +14,10 @@ pub(super) fn ended_before(first: &str, what: &str) -> String {
 /// The warning of a run that used its budget without reaching the error asked for.
 pub(super) const NOT_REACHED: &str = "the error asked for was not reached";
 
+/// The warning of beams that ended by themselves.
+pub(super) const BEAMS_GAVE_UP: &str = "beams ended: their first pass took far more work than its forecast. \
+    Photons measure such light (--method photons). With --chaotic beams, beams go on";
+
 /// The warning of closed forms that were stopped.
 pub(super) const NOT_ALL_LAYERS: &str =
     "the run ended before its last layer did: layers are exact, and nothing is known of their sum";

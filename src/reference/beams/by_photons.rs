@@ -52,6 +52,15 @@ pub const LEAST_WORK: f64 = (1 << 22) as f64;
 /// light that beams know would cost photons far more.
 const OVERRUN: f64 = 32.0;
 
+/// Most work \[rays\] of beams that are chosen without being asked for: some minutes' work.
+pub const MOST_RAYS: f64 = 1e9;
+
+/// Work of beams \[rays\] after which they give up although photons are to measure nothing, by their
+/// forecast. It is no less than a forecast may tell if beams are to be chosen.
+pub fn most_alone(forecast: f64) -> u64 {
+    (OVERRUN * forecast).max(MOST_RAYS) as u64
+}
+
 /// Photons that measure a part of the light.
 pub struct ByPhotons<'a> {
     sensor: &'a Sensor,
@@ -266,6 +275,12 @@ mod tests {
         // No light is dear.
         let cheap = (CHAOTIC.0, 3e5, CHAOTIC.2, CHAOTIC.3);
         assert_eq!(divided(&[BRIGHT, cheap], 1e-2), None);
+    }
+
+    #[test]
+    fn beams_alone_give_up_after_many_times_their_forecast_but_not_early() {
+        assert_eq!(most_alone(1.0), 1_000_000_000);
+        assert_eq!(most_alone(1e9), 32_000_000_000);
     }
 
     #[test]

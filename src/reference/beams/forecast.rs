@@ -40,6 +40,9 @@ pub struct Forecast {
     pub time: Duration,
     /// True if photons measure some of the light.
     pub by_photons: bool,
+    /// Work \[rays\], that of cells included, after which beams give up before their first pass is done.
+    /// `None` if they are not to: photons must measure none of the light.
+    pub most_work: Option<u64>,
 }
 
 /// Work found on signatures.
@@ -200,7 +203,7 @@ impl Passes<'_> {
 mod tests {
     use super::*;
     use crate::reference::beams::run::forecast;
-    use crate::reference::beams::{BeamSettings, DEFAULT_ERROR};
+    use crate::reference::beams::{BeamSettings, Chaotic, DEFAULT_ERROR};
     use crate::run::Budget;
 
     fn of(scene: &str) -> (Forecast, u64) {
@@ -232,6 +235,22 @@ mod tests {
                 "{scene}: {forecast:?}, {rays} rays"
             );
         }
+    }
+
+    #[test]
+    fn beams_give_up_unless_they_are_to_keep_all_light() {
+        let size = [("size".to_owned(), "64".to_owned())];
+        let scene = crate::mitsuba::load("scenes/glass-ball.xml".as_ref(), &size).unwrap();
+        let of = |chaotic| {
+            let settings = BeamSettings {
+                chaotic,
+                ..BeamSettings::default()
+            };
+            forecast(&scene, &scene.sensors()[0], settings, 0.1).unwrap()
+        };
+        // A short run: the least work after which it ends.
+        assert_eq!(of(Chaotic::Photons).most_work, Some(1_000_000_000));
+        assert_eq!(of(Chaotic::Beams).most_work, None);
     }
 
     #[test]

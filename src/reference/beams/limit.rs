@@ -43,11 +43,11 @@ impl<'a> Limit<'a> {
         }
     }
 
-    /// The same with a limit of work, if any, in rays: a cell or polygon counts for some, too. Passes do not
-    /// spare for it: it is a guard, and holds until the limit is [extended](Self::extend).
+    /// The same with a limit of work from here on, if any, in rays: a cell or polygon counts for some, too.
+    /// Passes do not spare for it: it is a guard, and holds until the limit is [extended](Self::extend).
     #[must_use]
     pub fn guarded(mut self, most_work: Option<u64>) -> Self {
-        self.most_work = most_work;
+        self.most_work = most_work.map(|most| most.saturating_add(self.rays()));
         self
     }
 
@@ -90,9 +90,13 @@ impl<'a> Limit<'a> {
 
     /// True if more rays were searched for than asked for, or more work was done: the same on any threads.
     pub fn is_beyond_rays(&self) -> bool {
+        self.is_beyond_guard() || self.most_rays.is_some_and(|most| self.rays() > most)
+    }
+
+    /// True if more work was done than the guard allows: a forecast was far too low.
+    pub fn is_beyond_guard(&self) -> bool {
         let guard = self.most_work.filter(|_| !self.is_extended());
-        let most = [self.most_rays, guard];
-        most.into_iter().flatten().any(|most| self.rays() > most)
+        guard.is_some_and(|most| self.rays() > most)
     }
 
     /// Work that the guard allows until it ends passes \[rays\], without an end once it is taken back; `None`

@@ -48,6 +48,7 @@ pub mod support;
 pub(super) mod tasks;
 pub mod traced;
 
+pub use by_photons::MOST_RAYS;
 pub use forecast::Forecast;
 pub use pass::SignatureReport;
 pub use refine::scratch_bytes;

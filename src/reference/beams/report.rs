@@ -14,6 +14,8 @@ pub struct BeamReport {
     /// Flux \[W\] of signatures too dim to be followed, as found by the discovery: in the upper bounds
     /// of the total, in no layer.
     pub not_followed: f64,
+    /// True if the first pass was ended because it took many times its forecast.
+    pub gave_up: bool,
     /// The light that photons measured, if they measured any.
     pub by_photons: Option<PhotonReport>,
 }

@@ -239,11 +239,13 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// The tolerance of the first pass over a layer, if that over others is `first`; `None` if the layer need
-    /// not be made for an error of `goal`.
+    /// The tolerance of the first pass over a layer, if that for all light is `first`; `None` if the layer
+    /// need not be made for an error of `goal`.
     pub(super) fn first(&self, layer: &BeamLayer, first: f64, goal: f64) -> Option<f64> {
         let members = layer.members.iter();
+        let part: f64 = members.clone().map(|(_, found)| self.part(found)).sum();
         let coarsest = members.map(|member| self.coarsest(member));
+        let first = schedule::first_of_layer(first, part);
         (layer.needed_for > goal).then_some(first.min(coarsest.fold(0.0, f64::max)))
     }
 

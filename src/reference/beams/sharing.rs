@@ -2,13 +2,14 @@
 //!
 //! Before the first pass, a [forecast](Setup::forecast) divides the light between beams and photons
 //! ([`by_photons`](super::by_photons)). After the last, photons measure their part, and what time or a wrong
-//! forecast left of beams'.
+//! forecast left of beams'. If they have no part, a run that gives up has no photons either: the forecast of
+//! its memory knows of none.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::batch::batches;
-use super::by_photons::{ByPhotons, LEAST_WORK, OF_BEAMS, PhotonPart};
+use super::by_photons::{ByPhotons, LEAST_WORK, OF_BEAMS, PhotonPart, most_alone};
 use super::forecast::{Forecast, Sample, WorkBySignature};
 use super::layers::BeamLayer;
 use super::limit::Limit;
@@ -39,10 +40,12 @@ impl<'a> Setup<'a> {
             .fold(Sounding::default(), |all, one| all + *one);
         let (mut rays, mut seconds) = (all.rays, all.seconds);
         self.photon_part = self.divided_by(&work, budget);
+        let mut most_work = most_alone(all.work());
         if let Some(PhotonPart { division, .. }) = &self.photon_part {
             // Rays of both take about as long.
             rays = division.work;
             seconds *= division.work / all.work();
+            most_work = division.most_of_beams;
         }
         let threads = rayon::current_num_threads() as f64;
         let seconds = (seconds / threads).min(Duration::MAX.as_secs_f64() * 0.5);
@@ -50,6 +53,7 @@ impl<'a> Setup<'a> {
             rays,
             time: began.elapsed() + Duration::from_secs_f64(seconds),
             by_photons: self.photon_part.is_some(),
+            most_work: self.is_shared(budget).then_some(most_work),
         }
     }
 
@@ -105,13 +109,6 @@ impl<'a> Setup<'a> {
     pub(super) fn is_for_photons(&self, signature: &Signature) -> bool {
         let part = self.photon_part.as_ref();
         part.is_some_and(|part| part.division.to_photons.contains(signature))
-    }
-
-    /// The work of a first pass \[rays\] after which photons measure the rest; `None` if beams keep all
-    /// light.
-    pub(super) fn guard(&self) -> Option<u64> {
-        let part = self.photon_part.as_ref();
-        part.map(|part| part.division.most_of_beams)
     }
 
     /// True if photons may measure some of the light. A limit on rays is one of beams.

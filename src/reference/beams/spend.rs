@@ -42,6 +42,8 @@ pub struct Spent {
     others: Vec<Found>,
     passes: u32,
     counters: TraversalCounters,
+    /// True if the first pass took so much more work than its forecast that it was ended.
+    gave_up: bool,
 }
 
 impl Setup<'_> {
@@ -72,11 +74,13 @@ impl Setup<'_> {
             .unwrap_or_default();
         limit.spend(counters.rays);
         let target = target_error(budget);
+        let mut most_work = None;
         if !limit.is_set() {
             let forecast = self.forecast(budget);
             self.progress.set_forecast(Some(forecast.time));
+            most_work = forecast.most_work;
         }
-        let limit = limit.early(self.early(budget)).guarded(self.guard());
+        let limit = limit.early(self.early(budget)).guarded(most_work);
         let (layers, others) = self.layers(target);
         let mut spent = Spent {
             direct,
@@ -84,6 +88,7 @@ impl Setup<'_> {
             others,
             passes: 0,
             counters,
+            gave_up: false,
         };
         self.make_passes(&mut spent, target, &limit, source)?;
         Ok(spent)
@@ -105,6 +110,7 @@ impl Setup<'_> {
             others,
             passes,
             counters,
+            gave_up,
         } = spent;
         let target = target_error(budget);
         let film = self.inputs.target.size();
@@ -123,7 +129,7 @@ impl Setup<'_> {
         let waiting = waiting.into_iter().flat_map(|one| one.members);
         let others: Vec<Found> = others.into_iter().chain(waiting).collect();
         let of_beams = lit.map(|lit| schedule::error(&self.known(&made, lit)));
-        let rest = if missing > 0.0 || self.photon_part.is_some() {
+        let rest = if missing > 0.0 && !gave_up || self.photon_part.is_some() {
             self.by_photons(&made, &others, lit, budget)?
         } else {
             None
@@ -152,6 +158,7 @@ impl Setup<'_> {
         let incomplete = self.progress.is_stopped()
             || is_unmet && !limited
             || missing > 0.0
+            || gave_up && rest.is_none()
             || is_asked
             || rest.as_ref().is_some_and(|(rest, _)| rest.incomplete)
             || made.is_empty() && rest.is_none() && !self.is_dark();
@@ -165,6 +172,7 @@ impl Setup<'_> {
                 .reduce(f64::min)
                 .unwrap_or(0.0),
             signatures: reports.flat_map(|made| made.reports.clone()).collect(),
+            gave_up,
             by_photons: rest.as_ref().map(|(_, report)| report.clone()),
         };
         let outcome = finish::RunOutcome {
@@ -195,6 +203,7 @@ impl Setup<'_> {
             others,
             passes,
             counters,
+            gave_up,
             ..
         } = spent;
         let first = schedule::first(target, limit.is_set());
@@ -206,6 +215,7 @@ impl Setup<'_> {
             let (began, rays) = (Instant::now(), limit.rays());
             let (work, is_done) = self.pass(layers, &tolerances, limit, counters, source)?;
             *passes += u32::from(work > 0.0);
+            *gave_up = !is_done && limit.is_beyond_guard();
             if !is_done || limit.is_reached() {
                 break;
             }
@@ -321,5 +331,63 @@ impl Setup<'_> {
             });
         }
         Ok((all, true))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::beams::settings::BeamSettings;
+    use crate::reference::beams::source::Here;
+    use crate::run::Progress;
+    use crate::scene::Scene;
+
+    /// A run to 0.1 % whose first pass may take so much work.
+    fn guarded(scene: &Scene, most_work: Option<u64>) -> (Estimate, BeamReport) {
+        let (progress, budget) = (Progress::default(), Budget::error(1e-3));
+        let sensor = &scene.sensors()[0];
+        let mut setup = Setup::new(scene, sensor, BeamSettings::default(), &progress).unwrap();
+        let limit = Limit::new(&budget, &progress, setup.began).guarded(most_work);
+        let (layers, others) = setup.layers(target_error(&budget));
+        let mut spent = Spent {
+            direct: None,
+            layers,
+            others,
+            passes: 0,
+            counters: TraversalCounters::default(),
+            gave_up: false,
+        };
+        let target = target_error(&budget);
+        setup
+            .make_passes(&mut spent, target, &limit, &mut Here)
+            .unwrap();
+        setup.finish(&budget, spent).unwrap()
+    }
+
+    #[test]
+    fn beams_that_give_up_say_so_and_what_they_know_is_within_its_bounds() {
+        let size = [("size".to_owned(), "32".to_owned())];
+        let scene = crate::mitsuba::load("scenes/glass-ball.xml".as_ref(), &size).unwrap();
+        let (truth, report) = guarded(&scene, None);
+        assert!(!truth.incomplete && !report.gave_up && report.passes > 0);
+        let (nothing, report) = guarded(&scene, Some(256));
+        assert!(nothing.incomplete && report.gave_up && report.by_photons.is_none());
+        assert!(nothing.total.is_unknown() && report.passes == 0);
+        // The brightest light comes first: some guards let it pass, and not the rest.
+        let some = (10..30).map(|power| guarded(&scene, Some(1 << power)));
+        let some: Vec<_> = some
+            .filter(|(_, report)| report.gave_up && !report.signatures.is_empty())
+            .collect();
+        assert!(!some.is_empty());
+        for (part, report) in some {
+            assert!(part.incomplete && report.by_photons.is_none() && report.not_followed > 0.0);
+            let bounds = part.total.interval.as_ref().unwrap();
+            let all = truth.total.interval.as_ref().unwrap();
+            for texel in 0..part.total.values.len() {
+                let is_disjoint = bounds.high[texel].mean() < all.low[texel].mean()
+                    || bounds.low[texel].mean() > all.high[texel].mean();
+                assert!(!is_disjoint, "texel {texel}");
+            }
+        }
     }
 }

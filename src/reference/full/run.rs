@@ -129,12 +129,13 @@ pub fn run(
         let part = match finder {
             Finder::Beams => {
                 let part = run.by_beams(class, time.map(|time| time.mul_f64(OF_BEAMS)))?;
-                match time.filter(|_| part.0.total.is_unknown() && !progress.is_stopped()) {
-                    Some(time) => {
-                        finder = Finder::Photons;
-                        run.by_photons(class, Some(time.mul_f64(1.0 - OF_BEAMS)))?
-                    }
-                    None => part,
+                let gave_up = matches!(&part.1, PartDetail::Beams(beams) if beams.gave_up);
+                let is_over = progress.is_stopped() || time.is_none() && !gave_up;
+                if part.0.total.is_unknown() && !is_over {
+                    finder = Finder::Photons;
+                    run.by_photons(class, time.map(|time| time.mul_f64(1.0 - OF_BEAMS)))?
+                } else {
+                    part
                 }
             }
             Finder::Photons => run.by_photons(class, time)?,
@@ -251,7 +252,7 @@ impl Run<'_> {
 /// The notice of a class that photons measure in the place of beams.
 fn beams_gave_way(class: PathClass) -> String {
     format!(
-        "{class}: {} ended nothing in its share of the time: it is measured by photons, with a larger error",
+        "{class}: {} ended nothing in its share of the time, or gave up: it is measured by photons, with a larger error",
         Finder::Beams.name()
     )
 }
