@@ -201,13 +201,13 @@ fn rendering(job: &Job, setup: &Setup, (estimate, report): (Estimate, BeamReport
         warnings.insert(1.min(warnings.len()), missed);
     }
     let is_known = report.passes > 0 || report.by_photons.is_some();
-    if report.gave_up && report.by_photons.is_none() {
-        warnings.push(warnings::BEAMS_GAVE_UP.to_owned());
-    }
-    if !is_known && (warnings.is_empty() || report.gave_up) {
+    if !is_known && warnings.is_empty() {
         warnings.push(warnings::ended_before("pass", "caustic"));
     } else if is_known && estimate.incomplete {
         warnings.push(warnings::NOT_REACHED.to_owned());
+    }
+    if report.gave_up && report.by_photons.is_none() {
+        warnings.push(warnings::BEAMS_GAVE_UP.to_owned());
     }
     warnings.extend(warnings::unknown_direct(&estimate));
     warnings.extend(warnings::of_camera(scene, &estimate, "beams", false));

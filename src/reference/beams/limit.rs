@@ -153,6 +153,14 @@ mod tests {
         assert!(guarded.is_reached() && !guarded.is_set());
         guarded.extend();
         assert!(!guarded.is_reached());
+        // Work that was done before counts for nothing.
+        let later = Limit::new(&Budget::default(), &progress, Instant::now());
+        later.spend(50);
+        let later = later.guarded(Some(100));
+        later.spend(100);
+        assert!(!later.is_beyond_guard());
+        later.spend(1);
+        assert!(later.is_beyond_guard());
     }
 
     #[test]

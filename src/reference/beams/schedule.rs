@@ -26,8 +26,8 @@ const WORK_ORDER: f64 = 0.55;
 /// extrapolated with [`ERROR_ORDER`] from 0.1 % to 10 %.
 const TOLERANCE_AT_ONE: f64 = 0.2;
 
-/// Errors that the first pass is for. With larger cells of bright light its bounds would tell little. With
-/// smaller ones, one pass would take long if the scene is harder than most.
+/// Errors of all light that the first pass is for. With larger cells of it there is nothing smooth to derive
+/// bounds from. With smaller ones, one pass would take long if the scene is harder than most.
 const FIRST: std::ops::RangeInclusive<f64> = 1e-3..=COARSE_ERROR;
 
 /// The error that the first pass is for if time or rays are limited.
