@@ -132,11 +132,11 @@ fn an_error_asked_of_a_faint_layer_is_reached_in_it() {
 /// error.
 #[test]
 fn the_error_that_runs_say_is_right_where_light_is_left_out() {
-    // The lens throws nearly all light on a small spot. A finer run, of a third of the error, is its truth.
+    // The lens throws nearly all light on a small spot. A run whose bounds are finer than the error is its truth.
     let lens = bundled("lens", 128);
     let lens = Oracle {
         name: "lens",
-        layers: known_by(&beams_to(DEPTH, &lens, 0.01).0),
+        layers: known_by(&beams_to(DEPTH, &lens, 1e-3).0),
         scene: lens,
     };
     let cube = || oracle("cube", 128);

@@ -13,6 +13,7 @@ mod contradictions;
 mod crossings;
 mod discovery;
 mod flat_facets;
+mod focus;
 mod method;
 mod occluders;
 mod parts;

@@ -11,14 +11,14 @@
 //! - s is the flux of cells that no single line divides into topologies, and of borders' curvature.
 //!
 //! ```text
-//! bar = max|d| + max(m) + max(s)          over 3 x 3 texels
+//! bar = max|d| + max(m) + max(s)          over 3 x 3 texels, for m over 3 x 3 texels of each level
 //! ```
 //!
 //! That covers every texel of the scenes with a closed form at tolerances from coarse to fine
 //! (`tests/beams/bars.rs`, `docs/beams.md`). It is measured, not proved: a feature that no node of any
 //! cell saw is in none of the sums.
 
-use super::film::{BeamFilm, FilmTexel, TexelSums};
+use super::film::{BeamFilm, FilmTexel, three_near};
 use super::sums::Sums;
 use crate::transport::flux::Flux;
 
@@ -35,27 +35,20 @@ const LIKELY_UNCERTAIN: f64 = 0.125;
 pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> Sums {
     let [width, height] = film.size();
     let texels = film.texels();
-    // Three in a row at the film's border, too.
-    let near = |at: usize, end: usize| {
-        let first = at.saturating_sub(1).min(end.saturating_sub(3));
-        first..(first + 3).min(end)
-    };
     let mut result = Sums::dark(texels.len());
     for row in 0..height {
         for column in 0..width {
-            let mut most = FilmTexel::<N>::default();
-            for y in near(row, height) {
-                for one in &texels[y * width..][near(column, width)] {
-                    most = larger(&most, one);
+            let mut most = Most::<N>::default();
+            for y in three_near(row, height) {
+                for one in &texels[y * width..][three_near(column, width)] {
+                    most.include(one);
                 }
             }
             let index = row * width + column;
             let own = &texels[index];
-            let bar =
-                most.sums.change + most.sums.misplaced + most.uncertain + most.sums.flux * ROUNDING;
-            let likely =
-                own.sums.change.max_magnitude() * LIKELY + own.spread.abs() * LIKELY_UNCERTAIN;
-            result.flux[index] = own.sums.flux.rgb();
+            let bar = most.change + own.misplaced + most.uncertain + most.flux * ROUNDING;
+            let likely = own.change.max_magnitude() * LIKELY + own.spread.abs() * LIKELY_UNCERTAIN;
+            result.flux[index] = own.flux.rgb();
             result.bar[index] = bar.rgb();
             result.variance[index] = likely * likely;
         }
@@ -63,16 +56,18 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> Sums {
     result
 }
 
-/// The larger magnitudes, channel by channel.
-fn larger<const N: usize>(a: &FilmTexel<N>, b: &FilmTexel<N>) -> FilmTexel<N> {
-    let of = |a: &Flux<N>, b: &Flux<N>| a.magnitude().larger(b.magnitude());
-    FilmTexel {
-        sums: TexelSums {
-            flux: of(&a.sums.flux, &b.sums.flux),
-            change: of(&a.sums.change, &b.sums.change),
-            misplaced: of(&a.sums.misplaced, &b.sums.misplaced),
-        },
-        uncertain: of(&a.uncertain, &b.uncertain),
-        spread: a.spread.abs().max(b.spread.abs()),
+/// The largest magnitudes of some texels' sums, channel by channel.
+#[derive(Clone, Copy, Default)]
+struct Most<const N: usize> {
+    flux: Flux<N>,
+    change: Flux<N>,
+    uncertain: Flux<N>,
+}
+
+impl<const N: usize> Most<N> {
+    fn include(&mut self, texel: &FilmTexel<N>) {
+        self.flux = self.flux.larger(texel.flux.magnitude());
+        self.change = self.change.larger(texel.change.magnitude());
+        self.uncertain = self.uncertain.larger(texel.uncertain.magnitude());
     }
 }

@@ -22,6 +22,7 @@ use super::forecast::WorkBySignature;
 use super::schedule;
 use super::settings::BeamSettings;
 use crate::numeric::math;
+use crate::radiometry::Rgb;
 use crate::reference::photons::bounds::CONFIDENCE;
 use crate::reference::photons::pilot::{PILOT_PHOTONS, Received};
 use crate::reference::photons::{self, PhotonSettings};
@@ -131,7 +132,7 @@ impl<'a> ByPhotons<'a> {
 
     /// Measures the light of all signatures but those that are `followed` by beams. Of the others so many get
     /// a layer of their own. Returns the estimate with bounds, and with its error relative to the light that
-    /// is `lit`; `None` if nothing became known in time.
+    /// is `lit`, and the flux \[W\] that photons may have missed; `None` if nothing became known in time.
     ///
     /// # Errors
     ///
@@ -142,15 +143,16 @@ impl<'a> ByPhotons<'a> {
         layers: usize,
         lit: Option<LitTexels>,
         budget: &Budget,
-    ) -> Result<Option<Estimate>, Error> {
+    ) -> Result<Option<(Estimate, Rgb)>, Error> {
         self.setup.leave_out(followed, layers, lit);
-        let estimate = self.setup.run_aimed(budget)?;
+        let (estimate, missed) = self.setup.run_aimed(budget)?;
         if estimate.total.is_unknown() {
             return Ok(None);
         }
         let (replicates, _) = self.setup.division(estimate.paths);
         let least = self.sensor.film.filter.least_light();
-        Ok(Some(estimate.with_bounds(CONFIDENCE, replicates, least)))
+        let estimate = estimate.with_bounds(CONFIDENCE, replicates, least);
+        Ok(Some((estimate, missed)))
     }
 }
 

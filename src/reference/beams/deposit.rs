@@ -23,12 +23,51 @@ pub struct TexelBlock<const N: usize> {
 /// Number of texels whose changes tell by themselves what a cell misplaces.
 const FEW_TEXELS: f64 = 16.0;
 
+/// What a cell of many texels may misplace of its light on one of them, by the part that the last halving moved
+/// of all its light. With 1, corners of `LTRRTD` of a glass ball are out of bounds on 512 x 512 texels.
+const UNEVEN: f64 = 1.5;
+
 /// Texels a side of a block beyond which a coarser level will do.
 const BLOCK: usize = 16;
 
+/// The same for light that may be focused within a texel of it: work is still bounded.
+const FOCUSED_BLOCK: usize = 64;
+
+/// Coarser levels of the film that a cell's light may be put on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coarse {
+    /// The coarsest level.
+    pub coarsest: usize,
+    /// The largest density of the cell's light, by its mean; infinite if it may be focused.
+    pub density: f64,
+}
+
+impl Coarse {
+    /// No level but that of the film's own texels.
+    pub const NONE: Self = Self {
+        coarsest: 0,
+        density: 1.0,
+    };
+
+    fn most_a_side(&self) -> usize {
+        if self.density.is_finite() {
+            BLOCK
+        } else {
+            FOCUSED_BLOCK
+        }
+    }
+
+    /// Flux that may be misplaced, as a part of the light that is spread evenly within texels of a level. If
+    /// rings of focused light meet, a texel of the film has as many times its mean as the side has texels.
+    fn misplaced(&self, level: usize) -> f64 {
+        let side = (1_u64 << level) as f64;
+        (self.density - 1.0).clamp(1.0, side)
+    }
+}
+
 impl<const N: usize> TexelBlock<N> {
-    /// Covers the texels of a box, on a level up to `coarsest`; `false` if the box is empty.
-    fn cover(&mut self, low: DVec2, high: DVec2, film: &BeamFilm<N>, coarsest: usize) -> bool {
+    /// Covers the texels of a box, on a level as coarse as it may be; `false` if the box is empty.
+    fn cover(&mut self, low: DVec2, high: DVec2, film: &BeamFilm<N>, coarse: &Coarse) -> bool {
         if !low.cmple(high).all() {
             return false;
         }
@@ -39,9 +78,10 @@ impl<const N: usize> TexelBlock<N> {
         let to = [texel(high, 0), texel(high, 1)];
         let sides =
             |level: usize| [0, 1].map(|axis| (to[axis] >> level) - (from[axis] >> level) + 1);
-        self.level = (0..coarsest)
-            .find(|level| sides(*level).into_iter().all(|side| side <= BLOCK))
-            .unwrap_or(coarsest);
+        let most = coarse.most_a_side();
+        self.level = (0..coarse.coarsest)
+            .find(|level| sides(*level).into_iter().all(|side| side <= most))
+            .unwrap_or(coarse.coarsest);
         self.origin = from.map(|first| first >> self.level);
         self.size = sides(self.level);
         self.sums.clear();
@@ -134,43 +174,48 @@ impl<const N: usize> Levels<'_, N> {
 }
 
 impl<const N: usize> TexelBlock<N> {
-    /// Gathers a cell, on a level up to `coarsest`. At least `hidden`, a part of its light, may be
+    /// Gathers a cell, on a level as coarse as it may be. At least `hidden`, a part of its light, may be
     /// misplaced. Returns the flux \[W\] that the last halving moved from texel to texel, the worst channel.
     pub fn gather(
         &mut self,
         film: &BeamFilm<N>,
         levels: &Levels<N>,
-        coarsest: usize,
+        coarse: &Coarse,
         hidden: f64,
     ) -> f64 {
         let [low, high] = levels.bounds();
         self.sums.clear();
-        if !self.cover(low, high, film, coarsest) {
+        if !self.cover(low, high, film, coarse) {
             return 0.0;
         }
         let level = self.level;
         levels.deal_out(film.level_size(level), level, |texel, sums| {
             *self.at(texel) += *sums;
         });
-        let (mut moved, mut flux) = (Flux::<N>::BLACK, Flux::<N>::BLACK);
+        let (mut moved, mut all) = (Flux::<N>::BLACK, Flux::<N>::BLACK);
+        let mut lit = 0.0;
         for sums in &self.sums {
             moved += sums.change.magnitude();
-            flux += sums.flux.magnitude();
+            all += sums.flux.magnitude();
+            lit += f64::from(u8::from(sums.flux != Flux::BLACK));
         }
-        let (moved, flux) = (moved.max_magnitude(), flux.max_magnitude());
+        let (moved, flux) = (moved.max_magnitude(), all.max_magnitude());
         // In a cell of few texels, the neighbours show how much was moved.
         let texels = self.sums.len() as f64;
         let unseen = texels / (texels + FEW_TEXELS);
         let part = if level > 0 {
-            // Within a texel of a coarser level, light is spread evenly.
-            1.0
+            coarse.misplaced(level)
         } else if moved > 0.0 {
-            (unseen * moved / flux).min(1.0)
+            (UNEVEN * unseen * moved / flux).min(1.0)
         } else {
             0.0
         };
+        // Beside its dim rim a cell's light is as dense as in its middle, if the rim is bent.
+        let mean = all * (1.0 / f64::max(lit, 1.0));
         for sums in &mut self.sums {
-            sums.misplaced = sums.flux.magnitude() * part.max(hidden);
+            if sums.flux != Flux::BLACK {
+                sums.misplaced = sums.flux.magnitude().larger(mean) * part.max(hidden);
+            }
         }
         0.5 * moved
     }

@@ -1,5 +1,6 @@
 //! The film of beams: exact sums, whatever the order of threads.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 
 use crate::numeric::FixedPoint;
@@ -28,8 +29,13 @@ impl<const N: usize> std::ops::AddAssign for TexelSums<N> {
 /// The flux \[W\] that all cells of one path signature left on a texel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FilmTexel<const N: usize> {
-    /// Sums over the cells.
-    pub sums: TexelSums<N>,
+    /// The sum over the cells of [`TexelSums::flux`].
+    pub flux: Flux<N>,
+    /// The sum over the cells of [`TexelSums::change`].
+    pub change: Flux<N>,
+    /// What cells of many texels are likely to misplace, here or from beside: for each level, the most of
+    /// 3 x 3 of its texels. Light on a coarser texel may be anywhere near it.
+    pub misplaced: Flux<N>,
     /// Uncertain flux, of cells with more than one topology: it may be here, or not.
     pub uncertain: Flux<N>,
     /// The same flux seen together with all other texels that it may be on, worst channel. Flux that may be
@@ -58,6 +64,9 @@ const LEAST_DRAWN: usize = 1 << 10;
 
 /// Number of kinds of sums in [`TexelSums`].
 const KINDS: usize = 3;
+
+/// The number of the kind [`TexelSums::misplaced`].
+const MISPLACED: usize = 2;
 
 /// The sums of all texels.
 ///
@@ -252,9 +261,54 @@ impl<const N: usize> BeamFilm<N> {
         sum
     }
 
+    /// [`FilmTexel::misplaced`] of all texels, row by row.
+    fn misplaced(&self) -> Vec<Flux<N>> {
+        // Of all coarser levels.
+        let mut sum = LevelTexels {
+            size: [1, 1],
+            values: vec![Flux::BLACK],
+        };
+        for (number, level) in self.levels.iter().enumerate().rev() {
+            let own = LevelTexels {
+                size: level.size,
+                values: (0..level.size[0] * level.size[1])
+                    .map(|index| self.misplaced_at(number, index))
+                    .collect(),
+            };
+            let mut values = Vec::with_capacity(own.values.len());
+            for row in 0..level.size[1] {
+                for column in 0..level.size[0] {
+                    values.push(own.most_near([column, row]) + sum.within([column, row]));
+                }
+            }
+            sum = LevelTexels {
+                size: level.size,
+                values,
+            };
+        }
+        sum.values
+    }
+
+    /// What cells are likely to misplace of each of the film's texels within a texel of a level.
+    fn misplaced_at(&self, number: usize, index: usize) -> Flux<N> {
+        let Level { size, sums } = &self.levels[number];
+        let texel = LevelTexel {
+            level: number,
+            at: [index % size[0], index / size[0]],
+        };
+        let kind = (index * KINDS + MISPLACED) * N;
+        Flux(std::array::from_fn(|channel| {
+            match sums.quanta(kind + channel) {
+                0 => 0.0,
+                quanta => sums.value(quanta) / self.texels_within(texel) as f64,
+            }
+        }))
+    }
+
     /// All texels, row by row.
     pub fn texels(&self) -> Vec<FilmTexel<N>> {
         let [width, height] = self.size;
+        let misplaced = self.misplaced();
         let mut texels = Vec::with_capacity(width * height);
         // Sums of the uncertain flux in the row above, N + 1 a column; the last of them is the spread.
         let mut above = vec![0_i64; width * (N + 1)];
@@ -276,17 +330,48 @@ impl<const N: usize> BeamFilm<N> {
                 };
                 let uncertain = |kind: usize| self.uncertain_steps.value(above[kind]);
                 texels.push(FilmTexel {
-                    sums: TexelSums {
-                        flux: kind(0),
-                        change: kind(1),
-                        misplaced: kind(2),
-                    },
+                    flux: kind(0),
+                    change: kind(1),
+                    misplaced: misplaced[row * width + column],
                     uncertain: Flux(std::array::from_fn(uncertain)),
                     spread: uncertain(N),
                 });
             }
         }
         texels
+    }
+}
+
+/// Three places in a row about one, at a film's border, too.
+pub fn three_near(at: usize, end: usize) -> Range<usize> {
+    let first = at.saturating_sub(1).min(end.saturating_sub(3));
+    first..(first + 3).min(end)
+}
+
+/// Values of a level's texels, row by row.
+struct LevelTexels<const N: usize> {
+    size: [usize; 2],
+    values: Vec<Flux<N>>,
+}
+
+impl<const N: usize> LevelTexels<N> {
+    /// The largest of 3 x 3, channel by channel.
+    fn most_near(&self, [column, row]: [usize; 2]) -> Flux<N> {
+        let [width, height] = self.size;
+        let mut most = Flux::BLACK;
+        for y in three_near(row, height) {
+            for value in &self.values[y * width..][three_near(column, width)] {
+                most = most.larger(*value);
+            }
+        }
+        most
+    }
+
+    /// The value of the texel that a texel of the next finer level is in.
+    fn within(&self, at: [usize; 2]) -> Flux<N> {
+        // All is in the one texel that stands for no coarser level.
+        let [column, row] = [0, 1].map(|axis| (at[axis] / 2).min(self.size[axis] - 1));
+        self.values[row * self.size[0] + column]
     }
 }
 
@@ -338,5 +423,40 @@ impl ExactSums {
     #[inline]
     fn value(&self, quanta: i64) -> f64 {
         self.scale.value_i64(quanta)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_on_a_coarser_texel_may_be_misplaced_near_it() {
+        let scale = FixedPoint::for_total(16.0).unwrap();
+        let film = BeamFilm::<1>::new([40, 40], scale);
+        let sums = TexelSums {
+            misplaced: Flux([4.0]),
+            ..TexelSums::default()
+        };
+        // The texels 6 and 7 along both axes: a fourth for each. Near are 4 to 9.
+        film.add(
+            LevelTexel {
+                level: 1,
+                at: [3, 3],
+            },
+            &sums,
+        );
+        film.add(
+            LevelTexel {
+                level: 0,
+                at: [9, 9],
+            },
+            &sums,
+        );
+        let texels = film.texels();
+        let at = |column: usize, row: usize| texels[row * 40 + column].misplaced.0[0];
+        let row = [3, 4, 7, 8, 9, 10, 11].map(|column| at(column, 8));
+        assert_eq!(row, [0.0, 1.0, 1.0, 5.0, 5.0, 4.0, 0.0]);
+        assert_eq!((at(7, 3), at(7, 4)), (0.0, 1.0));
     }
 }

@@ -206,22 +206,51 @@ pub fn bound(landings: &[Landing], film: [usize; 2]) -> Vec<f64> {
     }
     let mut bound = vec![0.0; texels];
     for side in BINS {
-        let sums = flux_by_bin(landings, film, side);
-        let near = |at: usize| at.saturating_sub(1)..(at + 2).min(side);
-        let most: Vec<f64> = (0..side * side)
-            .map(|at| {
-                let rows = near(at / side);
-                rows.flat_map(|row| near(at % side).map(move |column| (row, column)))
-                    .map(|(row, column)| sums[row * side + column])
-                    .fold(0.0, f64::max)
-            })
-            .collect();
-        let scale = MARGIN * (side * side) as f64 / texels as f64;
-        for (texel, bound) in bound.iter_mut().enumerate() {
-            *bound = f64::max(*bound, scale * most[bin_of_texel(texel, film, side)]);
-        }
+        raise(&mut bound, &flux_by_bin(landings, film, side), side, film);
     }
     bound
+}
+
+/// Raises what texels may get to what the densest of `side` x `side` bins about each tell.
+fn raise(bound: &mut [f64], sums: &[f64], side: usize, film: [usize; 2]) {
+    let near = |at: usize| at.saturating_sub(1)..(at + 2).min(side);
+    let most: Vec<f64> = (0..side * side)
+        .map(|at| {
+            let rows = near(at / side);
+            rows.flat_map(|row| near(at % side).map(move |column| (row, column)))
+                .map(|(row, column)| sums[row * side + column])
+                .fold(0.0, f64::max)
+        })
+        .collect();
+    let scale = MARGIN * (side * side) as f64 / bound.len() as f64;
+    for (texel, bound) in bound.iter_mut().enumerate() {
+        *bound = f64::max(*bound, scale * most[bin_of_texel(texel, film, side)]);
+    }
+}
+
+/// The part (0..=1) that texels are taken to get at most of light of any one signature, which lands as its paths
+/// do; evenly if it has none.
+pub fn most_part<'a>(
+    signatures: impl Iterator<Item = &'a [Landing]> + Clone,
+    film: [usize; 2],
+) -> Vec<f64> {
+    let mut part = vec![0.0; film[0] * film[1]];
+    for side in BINS {
+        // All of it is on the film: in the only bin of one.
+        let mut densest = vec![if side == 1 { 1.0 } else { 0.0 }; side * side];
+        for landings in signatures.clone() {
+            let flux = landings.iter().fold(0.0, |sum, one| sum + one.flux);
+            let sums = flux_by_bin(landings, film, side);
+            for (densest, sum) in densest.iter_mut().zip(sums) {
+                *densest = f64::max(*densest, if flux > 0.0 { sum / flux } else { 0.0 });
+            }
+        }
+        raise(&mut part, &densest, side, film);
+    }
+    for part in &mut part {
+        *part = part.min(1.0);
+    }
+    part
 }
 
 /// Flux \[W\] that landed in each of `side` x `side` bins of a film.
@@ -399,5 +428,23 @@ mod tests {
         assert!(left_out.bound.iter().all(|bound| *bound >= MARGIN * mean));
         // Σ φ² of even light is (Σ φ)² / n; bins as small as texels see each path alone.
         assert!(left_out.squares >= 2048.0 * mean * mean * (1.0 - 1e-12));
+    }
+
+    #[test]
+    fn a_texel_gets_no_more_than_all_and_as_much_as_the_densest_signature_tells() {
+        let focused = light(1, 2.0, &[[32.5, 16.5]]).1.landings;
+        let corners = [[1.0, 1.0], [62.0, 1.0], [1.0, 30.0], [62.0, 30.0]];
+        let spread = light(2, 1.0, &corners).1.landings;
+        let none: &[Landing] = &[];
+        // Evenly, four times as dense.
+        let even = MARGIN / (FILM[0] * FILM[1]) as f64;
+        assert_eq!(most_part([none].into_iter(), FILM), vec![even; 64 * 32]);
+        let both = most_part([&focused[..], &spread[..]].into_iter(), FILM);
+        let alone = most_part([&focused[..]].into_iter(), FILM);
+        let at = 16 * 64 + 32;
+        // A bin of 64 x 64 is half a texel: all of it may be there.
+        assert_eq!((both[at], alone[at]), (1.0, 1.0));
+        assert!(both[64 + 1] > alone[64 + 1] && alone[64 + 1] >= even);
+        assert_eq!(most_part([&focused[..]].into_iter(), [1, 1]), [1.0]);
     }
 }

@@ -17,11 +17,13 @@ use super::refine::{Asked, Sounding};
 use super::report::PhotonReport;
 use super::run::Setup;
 use super::schedule;
-use super::selection::{Found, reached};
+use super::selection::{Found, most_part, reached};
 use super::settings::{Chaotic, target_error};
 use crate::numeric::math;
-use crate::reference::target::LitTexels;
-use crate::run::{Budget, Error, Estimate};
+use crate::radiometry::Rgb;
+use crate::reference::target::{LitTexels, Target};
+use crate::run::{Budget, Error, Estimate, LayerName};
+use crate::scene::Scene;
 use crate::transport::signature::Signature;
 
 impl<'a> Setup<'a> {
@@ -176,7 +178,13 @@ impl<'a> Setup<'a> {
         let followed = followed.map(|(signature, _)| *signature).collect();
         self.progress.begin_part();
         let measured = photons.measure(followed, layers, lit, &budget)?;
-        Ok(measured.map(|mut estimate| {
+        Ok(measured.map(|(mut estimate, missed)| {
+            may_have_missed(
+                &mut estimate,
+                missed,
+                others,
+                (self.inputs.scene, &self.inputs.target),
+            );
             let names = others.iter().map(|(signature, _)| signature.to_string());
             let report = PhotonReport {
                 photons: estimate.paths,
@@ -187,5 +195,40 @@ impl<'a> Setup<'a> {
             *error = error.map(|error| math::hypot(of_beams, error));
             (estimate, report)
         }))
+    }
+}
+
+/// Widens bounds of light by photons by a flux \[W\] of it that they may have missed.
+///
+/// Photons mostly start where a pilot saw that light begin. Where it saw none they are few and large. What they
+/// bring is in no texel's scatter if none of them came. It is taken to be of any one signature, and no denser than the
+/// densest bins of the discovery's paths tell.
+fn may_have_missed(
+    estimate: &mut Estimate,
+    missed: Rgb,
+    others: &[Found],
+    (scene, target): (&Scene, &Target),
+) {
+    let named: Vec<LayerName> = estimate.layers.iter().map(|layer| layer.name).collect();
+    let gains: Vec<Rgb> = (0..target.texels())
+        .map(|texel| missed * target.gain(scene, texel))
+        .collect();
+    for layer in estimate.layers.iter_mut().chain([&mut estimate.total]) {
+        let Some(interval) = &mut layer.interval else {
+            continue;
+        };
+        let is_own = |signature: &Signature| {
+            let name = LayerName::Path(*signature);
+            match layer.name {
+                LayerName::Path(_) => name == layer.name,
+                LayerName::Other => !named.contains(&name),
+                _ => true,
+            }
+        };
+        let own = others.iter().filter(|(name, _)| is_own(name));
+        let parts = most_part(own.map(|(_, light)| &light.landings[..]), target.size());
+        for ((high, part), gain) in interval.high.iter_mut().zip(parts).zip(&gains) {
+            *high += *gain * part;
+        }
     }
 }

@@ -42,6 +42,7 @@ use rayon::prelude::*;
 
 use super::weights::Largest;
 use crate::numeric::distributions::critical_value;
+use crate::numeric::math;
 use crate::radiometry::Rgb;
 
 /// The probability that a texel's truth lies between its bounds.
@@ -162,6 +163,12 @@ impl Bounds {
             .unzip_into_vecs(&mut low, &mut high);
         [low, high]
     }
+}
+
+/// The largest mean number of photons that may all fail to come, at [`CONFIDENCE`]: ln(2/α), Garwood's upper
+/// bound of a Poisson mean of which nothing was seen.
+pub fn at_most_unseen() -> f64 {
+    math::ln(2.0 / (1.0 - CONFIDENCE))
 }
 
 /// The quantile of a gamma variable of this mean and variance, by Wilson and Hilferty; `width` is that of a

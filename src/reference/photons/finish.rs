@@ -198,6 +198,15 @@ impl Rounds {
         self.paths += photons;
     }
 
+    /// The largest flux \[W\] of a photon at its start.
+    pub fn largest_start(&self) -> Rgb {
+        let mut all = Largest::NONE;
+        for layer in &self.largest {
+            all.with(layer);
+        }
+        all.emitted * (1.0 / (self.paths as f64).max(1.0))
+    }
+
     /// Relative standard error over lit texels, of all rounds.
     pub fn relative_error(&self) -> Option<f64> {
         self.total.relative_error()

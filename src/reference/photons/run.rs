@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
+use super::bounds::at_most_unseen;
 use super::finish::{Rounds, relative_error_of};
 use super::layers::LayerMap;
 use super::pilot::{PilotLight, squares_by_cell};
@@ -10,6 +11,7 @@ use super::replicate::Job;
 use super::settings::{DEFAULT_PHOTONS, PhotonSettings};
 use super::sums::RoundSums;
 use crate::numeric::{FixedPoint, Stream};
+use crate::radiometry::Rgb;
 use crate::reference::rounds::{self, Schedule};
 use crate::reference::shard::Shard;
 use crate::reference::target::{LitTexels, Target};
@@ -136,12 +138,14 @@ impl<'a> Setup<'a> {
         Ok(run.estimate(direct.as_ref(), incomplete))
     }
 
-    /// The same without the direct light, by photons that start where the light in question does.
+    /// The same without the direct light, by photons that start where the light in question does. Also
+    /// returns the flux \[W\] of it that they may have missed: they tell its bounds where they start often.
+    /// Elsewhere a few large ones may, by chance, be none.
     ///
     /// # Errors
     ///
     /// As [`Setup::run`].
-    pub fn run_aimed(&mut self, budget: &Budget) -> Result<Estimate, Error> {
+    pub fn run_aimed(&mut self, budget: &Budget) -> Result<(Estimate, Rgb), Error> {
         let start = Instant::now();
         let stop = || self.progress.is_over(budget.deadline(start));
         let job = self.job(self.stream(AIM), &stop, &|_| ());
@@ -150,10 +154,12 @@ impl<'a> Setup<'a> {
         let (schedule, mut run) = self.begun(budget, start);
         let incomplete = schedule.spend(&mut run)?;
         let relative_error = rounds::Rounds::relative_error(&run);
-        Ok(Estimate {
+        let missed = run.rounds.largest_start() * at_most_unseen();
+        let estimate = Estimate {
             relative_error,
             ..run.estimate(None, incomplete)
-        })
+        };
+        Ok((estimate, missed))
     }
 
     /// A run that begins, and the schedule by which it spends its budget.

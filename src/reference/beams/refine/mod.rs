@@ -2,6 +2,7 @@
 
 mod balance;
 mod border;
+mod density;
 mod limits;
 mod nodes;
 mod refiner;

@@ -5,13 +5,14 @@ use std::cell::RefCell;
 use glam::DVec2;
 
 use super::balance::Balance;
+use super::density::most_density;
 use super::limits::{Asked, Limits};
 use super::nodes::NodeFinder;
 use crate::geometry::TraversalCounters;
 use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
 use crate::reference::beams::cut::{self, CutPiece};
 use crate::reference::beams::deposit::{
-    Levels, TexelBlock, deposit_points, deposit_uncertain, texels_of, uncertain_boxes,
+    Coarse, Levels, TexelBlock, deposit_points, deposit_uncertain, texels_of, uncertain_boxes,
 };
 use crate::reference::beams::film::BeamFilm;
 use crate::reference::beams::limit::Limit;
@@ -554,7 +555,10 @@ impl<'a, const N: usize> Refiner<'a, N> {
             coarse: &self.scratch.coarse,
             coarser: None,
         };
-        let moved = self.scratch.block.gather(self.film, &levels, 0, 0.0);
+        let moved = self
+            .scratch
+            .block
+            .gather(self.film, &levels, &Coarse::NONE, 0.0);
         // Three parts. The first is flux that came and went across the border. The second is flux that
         // halving the cell moved from texel to texel: all of it, for a cell too large to tell. The third is
         // flux that a corner of the border may hide.
@@ -603,15 +607,24 @@ impl<'a, const N: usize> Refiner<'a, N> {
             },
         };
         let flux = area * look.weight.max_magnitude();
-        let coarsest = if flux <= FAINT * self.tolerance * look.texels(self.film.size()).sqrt() {
-            self.film.coarsest()
+        let is_faint = flux <= FAINT * self.tolerance * look.texels(self.film.size()).sqrt();
+        let coarse = if is_faint {
+            Coarse {
+                coarsest: self.film.coarsest(),
+                // The quadratic map is that of one topology.
+                density: if finished.is_cut {
+                    1.0
+                } else {
+                    most_density(cell, middles)
+                },
+            }
         } else {
-            0
+            Coarse::NONE
         };
         let hidden = hidden_part(cell, look);
         self.scratch
             .block
-            .gather(self.film, &levels, coarsest, hidden);
+            .gather(self.film, &levels, &coarse, hidden);
         balance.received += self.scratch.block.deposit(self.film);
         if finished.is_cut {
             balance.cut_cells += 1;

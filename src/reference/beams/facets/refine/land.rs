@@ -8,7 +8,7 @@ use crate::geometry::TraversalCounters;
 use crate::numeric::streams::hash64;
 use crate::reference::beams::cell::{BeamCell, BeamNode, CellSummary};
 use crate::reference::beams::cut::{CutPiece, whole};
-use crate::reference::beams::deposit::{Levels, box_round, flux_of, image_of, texels_in};
+use crate::reference::beams::deposit::{Coarse, Levels, box_round, flux_of, image_of, texels_in};
 use crate::reference::beams::facets::leg::rectangular_receiver;
 use crate::reference::beams::facets::polygon::LightPolygon;
 use crate::reference::beams::film::{BeamFilm, LevelTexel, Sign, TexelSums};
@@ -138,7 +138,7 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
             coarse: coarse.as_slice(),
             coarser: None,
         };
-        self.block.gather(film, &levels, 0, 0.0);
+        self.block.gather(film, &levels, &Coarse::NONE, 0.0);
         self.block.deposit(film)
     }
 
