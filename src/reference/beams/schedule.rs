@@ -37,8 +37,8 @@ pub const COARSE_ERROR: f64 = 3e-2;
 /// `lens`, `turntable-ring` and `turntable-terrain`.
 const ERROR_OF_PART: f64 = 0.5;
 
-/// Largest tolerance, relative to a signature's own flux, at which its cells tell what they misplace. On 512 x 512
-/// texels a glass ball's faint layers have 2,000 to 20,000 cells then.
+/// Largest tolerance, relative to a signature's own flux, at which its cells tell what they misplace. On 512
+/// x 512 texels a glass ball's faint layers have 2,000 to 20,000 cells then.
 const FINE: f64 = 1.0 / 32.0;
 
 /// Largest tolerance of a signature, relative to its own flux, if its bounds do not rest on its cells: some

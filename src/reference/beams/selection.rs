@@ -228,8 +228,8 @@ fn raise(bound: &mut [f64], sums: &[f64], side: usize, film: [usize; 2]) {
     }
 }
 
-/// The part (0..=1) that texels are taken to get at most of light of any one signature, which lands as its paths
-/// do; evenly if it has none.
+/// The part (0..=1) that texels are taken to get at most of light of any one signature, which lands as its
+/// paths do; evenly if it has none.
 pub fn most_part<'a>(
     signatures: impl Iterator<Item = &'a [Landing]> + Clone,
     film: [usize; 2],

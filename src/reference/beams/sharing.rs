@@ -200,9 +200,9 @@ impl<'a> Setup<'a> {
 
 /// Widens bounds of light by photons by a flux \[W\] of it that they may have missed.
 ///
-/// Photons mostly start where a pilot saw that light begin. Where it saw none they are few and large. What they
-/// bring is in no texel's scatter if none of them came. It is taken to be of any one signature, and no denser than the
-/// densest bins of the discovery's paths tell.
+/// Photons mostly start where a pilot saw that light begin. Where it saw none they are few and large. What
+/// they bring is in no texel's scatter if none of them came. It is taken to be of any one signature, and no
+/// denser than the densest bins of the discovery's paths tell.
 fn may_have_missed(
     estimate: &mut Estimate,
     missed: Rgb,

@@ -1,10 +1,10 @@
 //! How dense a cell's light may be, by its mean.
 //!
 //! Light is dense where the map f of its cell stretches little: E = w / |det ∂f|. The determinant of the
-//! quadratic map through a cell's six nodes is of second degree. Its mean over the triangle is that of the edges'
-//! middles. The least of its six Bézier ordinates bounds it from below everywhere in the triangle: those of the
-//! corners are its values there. That of an edge is 2 m − (a + b)/2, with m its middle's value and a, b those of
-//! its ends (Farin 2002, *Curves and Surfaces for CAGD*, chapter 17).
+//! quadratic map through a cell's six nodes is of second degree. Its mean over the triangle is that of the
+//! edges' middles. The least of its six Bézier ordinates bounds it from below everywhere in the triangle:
+//! those of the corners are its values there. That of an edge is 2 m − (a + b)/2, with m its middle's value
+//! and a, b those of its ends (Farin 2002, *Curves and Surfaces for CAGD*, chapter 17).
 //!
 //! If the least is far below the mean, a fold or a focus is in the cell or near it: the determinant is zero
 //! there, and light may be anywhere on a line.
@@ -13,9 +13,9 @@ use glam::DVec2;
 
 use crate::reference::beams::cell::{BeamCell, BeamNode};
 
-/// Density of the quadratic map, by its mean, from which light may be focused near the cell. A determinant that
-/// is linear falls by three quarters of its mean from the centroid to its least corner then. It is zero a third
-/// of that way farther.
+/// Density of the quadratic map, by its mean, from which light may be focused near the cell. A determinant
+/// that is linear falls by three quarters of its mean from the centroid to its least corner then. It is zero
+/// a third of that way farther.
 const FOCUSED: f64 = 4.0;
 
 /// The largest density of a cell's light, by its mean; infinite if it may be focused.
