@@ -231,7 +231,7 @@ fn raise(bound: &mut [f64], sums: &[f64], side: usize, film: [usize; 2]) {
 /// The part (0..=1) that texels are taken to get at most of light of any one signature, which lands as its
 /// paths do; evenly if it has none.
 pub fn most_part<'a>(
-    signatures: impl Iterator<Item = &'a [Landing]> + Clone,
+    signatures: &(impl Iterator<Item = &'a [Landing]> + Clone),
     film: [usize; 2],
 ) -> Vec<f64> {
     let mut part = vec![0.0; film[0] * film[1]];
@@ -438,13 +438,13 @@ mod tests {
         let none: &[Landing] = &[];
         // Evenly, four times as dense.
         let even = MARGIN / (FILM[0] * FILM[1]) as f64;
-        assert_eq!(most_part([none].into_iter(), FILM), vec![even; 64 * 32]);
-        let both = most_part([&focused[..], &spread[..]].into_iter(), FILM);
-        let alone = most_part([&focused[..]].into_iter(), FILM);
+        assert_eq!(most_part(&[none].into_iter(), FILM), vec![even; 64 * 32]);
+        let both = most_part(&[&focused[..], &spread[..]].into_iter(), FILM);
+        let alone = most_part(&[&focused[..]].into_iter(), FILM);
         let at = 16 * 64 + 32;
         // A bin of 64 x 64 is half a texel: all of it may be there.
         assert_eq!((both[at], alone[at]), (1.0, 1.0));
         assert!(both[64 + 1] > alone[64 + 1] && alone[64 + 1] >= even);
-        assert_eq!(most_part([&focused[..]].into_iter(), [1, 1]), [1.0]);
+        assert_eq!(most_part(&[&focused[..]].into_iter(), [1, 1]), [1.0]);
     }
 }

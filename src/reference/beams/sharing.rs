@@ -226,7 +226,8 @@ fn may_have_missed(
             }
         };
         let own = others.iter().filter(|(name, _)| is_own(name));
-        let parts = most_part(own.map(|(_, light)| &light.landings[..]), target.size());
+        let own = own.map(|(_, light)| &light.landings[..]);
+        let parts = most_part(&own, target.size());
         for ((high, part), gain) in interval.high.iter_mut().zip(parts).zip(&gains) {
             *high += *gain * part;
         }
