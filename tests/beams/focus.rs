@@ -10,11 +10,18 @@ use crate::support::bundled;
 
 const SIDE: usize = 512;
 
-/// Texels through the middle of the film, where rings of light meet, and from corner to corner, where cells are
-/// large. By symmetry these stand for others.
-fn looked_at() -> impl Iterator<Item = [usize; 2]> {
+/// Texels through the middle of the film, where rings of light meet; from corner to corner, where cells are large;
+/// and those about the rim of `LTTD`, which is 142 texels from the middle.
+fn looked_at() -> Vec<[usize; 2]> {
     let middle = SIDE / 2;
-    (0..SIDE).flat_map(move |at| [[at, middle], [at, middle - 1], [at, (at + 3) % SIDE]])
+    let lines = (0..SIDE).flat_map(|at| [[at, middle], [at, middle - 1], [at, (at + 3) % SIDE]]);
+    let from_middle = |at: usize| (at as f64 + 0.5 - middle as f64).powi(2);
+    let is_at_rim = |at: &[usize; 2]| {
+        let radius = (from_middle(at[0]) + from_middle(at[1])).sqrt();
+        (136.0..148.0).contains(&radius)
+    };
+    let all = (0..SIDE * SIDE).map(|index| [index % SIDE, index / SIDE]);
+    lines.chain(all.filter(is_at_rim)).collect()
 }
 
 #[test]
@@ -34,8 +41,7 @@ fn bounds_hold_where_faint_light_is_focused_on_an_axis() {
             let sheet = GlassBall::SHIPPED.sheet(KnownPath::Through(reflections as u32));
             let bounds = layer.interval.as_ref().unwrap();
             let mean = layer.values.iter().map(|one| one.0[0]).sum::<f64>() / (SIDE * SIDE) as f64;
-            let texels: Vec<[usize; 2]> = looked_at().collect();
-            let out: Vec<_> = texels
+            let out: Vec<_> = looked_at()
                 .into_par_iter()
                 .filter_map(|[column, row]| {
                     let [x, y] = [column, row].map(|at| at as f64 * size - 2.0);
