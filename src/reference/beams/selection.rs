@@ -103,7 +103,7 @@ impl LeftOut {
         // What landed beside the film only may be on it, too, as far as so few paths tell.
         let beside = found.clone().filter(|(_, light)| light.is_beside());
         let beside = beside.fold(0.0, |sum, (_, light)| sum + light.may_bring());
-        let sum: f64 = found.clone().map(|(_, light)| squares(light, film)).sum();
+        let sum = squares_of(found.clone(), film);
         Self {
             flux: found
                 .map(|(_, light)| light.on_film)
@@ -125,6 +125,11 @@ impl LeftOut {
         }
         self
     }
+}
+
+/// Σ φ² of the light of some signatures, which are independent.
+pub fn squares_of<'a>(found: impl Iterator<Item = &'a Found>, film: [usize; 2]) -> f64 {
+    found.map(|(_, light)| squares(light, film)).sum()
 }
 
 /// Σ φ² of a signature's light, from its paths.

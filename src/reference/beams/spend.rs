@@ -13,18 +13,21 @@ use super::refine::Asked;
 use super::report::BeamReport;
 use super::run::Setup;
 use super::schedule;
-use super::selection::{Found, LeftOut, MARGIN, left};
+use super::selection::{Found, LeftOut, MARGIN, left, squares_of};
 use super::settings::target_error;
 use super::source::PassSource;
 use super::traced::BatchSums;
 use crate::geometry::TraversalCounters;
 use crate::numeric::math;
-use crate::reference::target::Target;
+use crate::reference::target::{LitTexels, Target};
 use crate::run::{Budget, Error, Estimate};
 use crate::transport::direct::{AREA_SAMPLES, Direct, direct};
 
 /// Part of the error that is left of it after the next pass if no error is asked for.
 const WITHOUT_TARGET: f64 = 0.25;
+
+/// Least part of the error asked for that passes aim at, however much is left out.
+const LEAST_LEFT: f64 = 0.5;
 
 /// Number of passes that may light nothing, each finer than the one before, until nothing is known.
 const MOST_UNLIT: u32 = 3;
@@ -244,7 +247,7 @@ impl Setup<'_> {
             let goal = target.unwrap_or(WITHOUT_TARGET * error);
             let affordable = work * limit.affordable(began.elapsed(), limit.rays() - rays);
             let goal = if self.photon_part.is_none() {
-                left(goal)
+                self.left_for_beams(layers, others, lit, goal)
             } else {
                 OF_BEAMS * goal
             };
@@ -269,6 +272,23 @@ impl Setup<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The error that the layers may have if all light may have `goal`: what is not followed has its part of
+    /// that. On lit texels it may be a larger one than the [selection](super::selection) foresaw.
+    fn left_for_beams(
+        &self,
+        layers: &[BeamLayer],
+        others: &[Found],
+        lit: LitTexels,
+        goal: f64,
+    ) -> f64 {
+        let waiting = layers.iter().filter(|layer| layer.made.is_none());
+        let waiting = waiting.flat_map(|layer| &layer.members);
+        let squares = squares_of(others.iter().chain(waiting), self.inputs.target.size());
+        let of_others = lit.relative_error(squares) / self.typical_measure();
+        let rest = (goal * goal - of_others * of_others).max(0.0).sqrt();
+        rest.clamp(LEAST_LEFT * goal, left(goal))
     }
 
     /// Makes some layers anew, each at its relative tolerance, as far as the limit allows and the source
