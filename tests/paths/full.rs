@@ -919,8 +919,8 @@ fn what_ends_nothing_in_its_time_gives_way_to_what_does() {
         );
     }
     let by = |finder| report.parts.iter().any(|part| part.method == finder);
-    let told = "caustic: beams ended nothing in its share of the time: it is measured by photons, with a larger \
-                error";
+    let told = "caustic: beams ended nothing in its share of the time, or gave up: it is measured by photons, with \
+                a larger error";
     assert!(
         report.notices.iter().any(|one| one == told),
         "{:?}",
