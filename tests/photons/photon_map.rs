@@ -72,7 +72,7 @@ fn mapped(scene: &Scene, settings: PhotonMapSettings, passes: u64) -> (Estimate,
 
 fn by_beams(scene: &Scene, id: &str) -> Estimate {
     // Fine enough that dim parts of the floor are known to a few per cent, too.
-    seen::by_beams(scene, id, 1e-4).0
+    seen::by_beams(scene, id, 5e-5).0
 }
 
 /// Radiance of the floor [W/m²/sr] that a pixel sees through the pane, and the most that it may be off.
