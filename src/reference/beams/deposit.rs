@@ -24,7 +24,7 @@ pub struct TexelBlock<const N: usize> {
 const FEW_TEXELS: f64 = 16.0;
 
 /// What a cell of many texels may misplace of its light on one of them, by the part that the last halving
-/// moved of all its light. With 1, corners of `LTRRTD` of a glass ball are out of bounds on 512 x 512 texels.
+/// moved of all its light. With 1, an error of a glass ball's `LTRRTD` is 0.98 of its bar (512 x 512 texels).
 const UNEVEN: f64 = 1.5;
 
 /// Texels a side of a block beyond which a coarser level will do.
