@@ -53,14 +53,14 @@ fn beams(scene: &Scene, id: &str, relative_error: f64) -> Estimate {
 }
 
 /// Every texel of every layer is within its bounds, by the closed forms of the ball's sheets over what
-/// `texel` says, times `scale`; `LTTD` is among them. Returns the error of `LTTD`, root mean square over texels,
-/// and the largest half width of its bounds, relative.
+/// `texel` says, times `scale`; `LTTD` is among them. Returns the error of `LTTD`, root mean square over texels
+/// and the largest, and the largest half width of its bounds, relative.
 fn assert_known(
     name: &str,
     estimate: &Estimate,
     scale: f64,
     texel: impl Fn(usize) -> TexelRect,
-) -> [f64; 2] {
+) -> [f64; 3] {
     let mut through = None;
     for layer in &estimate.layers {
         let LayerName::Path(signature) = layer.name else {
@@ -75,7 +75,7 @@ fn assert_known(
         };
         let sheet = GlassBall::SHIPPED.sheet(KnownPath::Through(reflections.len() as u32));
         let bounds = layer.interval.as_ref().unwrap();
-        let (mut squares, mut width) = (0.0_f64, 0.0_f64);
+        let (mut squares, mut worst, mut width) = (0.0_f64, 0.0_f64, 0.0_f64);
         for index in 0..SIDE * SIDE {
             let texel = texel(index);
             let truth = scale * sheet.texel_irradiance(&texel);
@@ -88,12 +88,14 @@ fn assert_known(
                 "{name}, {signature}, texel {index}: {truth} is not in {low} .. {high}"
             );
             width = width.max(0.5 * (high - low) / truth);
-            squares += (layer.values[index].0[0] / truth - 1.0).powi(2);
+            let error = (layer.values[index].0[0] - truth).abs() / truth;
+            squares += error * error;
+            worst = worst.max(error);
         }
         let off = (squares / (SIDE * SIDE) as f64).sqrt();
-        println!("{name}, {signature}: off by {off:.1e}, bounds {width:.1e}");
+        println!("{name}, {signature}: off by {off:.1e}, {worst:.1e} at most, bounds {width:.1e}");
         if reflections.is_empty() {
-            through = Some([off, width]);
+            through = Some([off, worst, width]);
         }
     }
     through.expect("LTTD is found")
@@ -126,10 +128,13 @@ fn a_camera_ever_nearer_to_a_floor_sees_what_falls_there() {
         let estimate = beams(&scene, "near", 0.01);
         let name = format!("{height:e} m");
         // The floor's reflectance is 0.8.
-        let [off, width] = assert_known(&name, &estimate, 0.8 * FRAC_1_PI, pixel);
+        let [off, worst, width] = assert_known(&name, &estimate, 0.8 * FRAC_1_PI, pixel);
         // An error of 1 % was asked for, root mean square over texels. Bounds are some ten times as wide, where
         // there are few cells.
-        assert!(off < 0.01 && width < 0.2, "{off} {width}");
+        assert!(
+            off < 0.01 && worst < 0.02 && width < 0.2,
+            "{off} {worst} {width}"
+        );
     }
 }
 
@@ -155,9 +160,9 @@ fn a_crop_of_an_ever_finer_film_has_the_light_of_its_place() {
         };
         let estimate = beams(&scene, "floor", 0.01);
         let name = format!("{width} texels");
-        let [off, _] = assert_known(&name, &estimate, 1.0, texel);
-        // As it was asked for.
-        assert!(off < 0.01, "{off}");
+        let [off, worst, _] = assert_known(&name, &estimate, 1.0, texel);
+        // As it was asked for; twice that on no texel of smooth light.
+        assert!(off < 0.01 && worst < 0.02, "{off} {worst}");
     }
 }
 

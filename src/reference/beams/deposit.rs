@@ -193,11 +193,9 @@ impl<const N: usize> TexelBlock<N> {
             *self.at(texel) += *sums;
         });
         let (mut moved, mut all) = (Flux::<N>::BLACK, Flux::<N>::BLACK);
-        let mut lit = 0.0;
         for sums in &self.sums {
             moved += sums.change.magnitude();
             all += sums.flux.magnitude();
-            lit += f64::from(u8::from(sums.flux != Flux::BLACK));
         }
         let (moved, flux) = (moved.max_magnitude(), all.max_magnitude());
         // In a cell of few texels, the neighbours show how much was moved.
@@ -211,7 +209,8 @@ impl<const N: usize> TexelBlock<N> {
             0.0
         };
         // Beside its dim rim a cell's light is as dense as in its middle, if the rim is bent.
-        let mean = all * (1.0 / f64::max(lit, 1.0));
+        let lit = self.sums.iter().filter(|sums| sums.flux != Flux::BLACK);
+        let mean = all * (1.0 / lit.count().max(1) as f64);
         for sums in &mut self.sums {
             if sums.flux != Flux::BLACK {
                 sums.misplaced = sums.flux.magnitude().larger(mean) * part.max(hidden);

@@ -146,10 +146,10 @@ impl Setup<'_> {
         };
         let reached = match (&rest, lit, of_beams) {
             (Some((rest, _)), ..) => rest.relative_error,
-            (None, Some(lit), Some(error)) => {
-                let left_out = lit.relative_error(left_out.squares) / self.typical_measure();
-                Some(math::hypot(error, left_out))
-            }
+            (None, Some(lit), Some(error)) => Some(math::hypot(
+                error,
+                self.error_of_left_out(left_out.squares, lit),
+            )),
             _ => None,
         };
         let limited = budget.time.is_some() || budget.work.is_some();
@@ -286,9 +286,14 @@ impl Setup<'_> {
         let waiting = layers.iter().filter(|layer| layer.made.is_none());
         let waiting = waiting.flat_map(|layer| &layer.members);
         let squares = squares_of(others.iter().chain(waiting), self.inputs.target.size());
-        let of_others = lit.relative_error(squares) / self.typical_measure();
+        let of_others = self.error_of_left_out(squares, lit);
         let rest = (goal * goal - of_others * of_others).max(0.0).sqrt();
         rest.clamp(LEAST_LEFT * goal, left(goal))
+    }
+
+    /// The error of light that is left out, by its Σ φ² \[W²\], relative to that of lit texels.
+    fn error_of_left_out(&self, squares: f64, lit: LitTexels) -> f64 {
+        lit.relative_error(squares) / self.typical_measure()
     }
 
     /// Makes some layers anew, each at its relative tolerance, as far as the limit allows and the source

@@ -200,11 +200,16 @@ impl Rounds {
 
     /// The largest flux \[W\] of a photon at its start.
     pub fn largest_start(&self) -> Rgb {
+        self.largest_of_all().emitted * (1.0 / (self.paths as f64).max(1.0))
+    }
+
+    /// The largest contributions of all layers together.
+    fn largest_of_all(&self) -> Largest {
         let mut all = Largest::NONE;
         for layer in &self.largest {
             all.with(layer);
         }
-        all.emitted * (1.0 / (self.paths as f64).max(1.0))
+        all
     }
 
     /// Relative standard error over lit texels, of all rounds.
@@ -252,10 +257,7 @@ impl Rounds {
             })
             .collect();
         let bounds = Bounds::new(self.replicates);
-        let mut all = Largest::NONE;
-        for layer in &self.largest {
-            all.with(layer);
-        }
+        let all = self.largest_of_all();
         let camera = match target {
             Target::Camera { camera, .. } => Some(camera),
             Target::Receiver(_) => None,
