@@ -92,12 +92,11 @@ pub struct Texels {
 }
 
 /// Compares two estimates texel by texel and channel by channel: in every layer the two intervals must meet.
-/// Direct light is allowed what its quadrature does not see, `sliver` more of the brightest texel in that of
-/// texels given.
+/// Direct light is allowed what its quadrature does not see.
 ///
 /// Layers of the closed form that beams do not follow must be too faint for them: a thousandth of all light,
 /// times the error, is what they leave out; each of several layers.
-pub fn compared(known: &Estimate, beams: &Estimate, slivers: &[(usize, f64)]) -> Texels {
+pub fn compared(known: &Estimate, beams: &Estimate) -> Texels {
     let mut texels = Texels::default();
     let dark = Layer::bounded(LayerName::Other, known.total.values.len());
     let mut worst = f64::NEG_INFINITY;
@@ -114,11 +113,7 @@ pub fn compared(known: &Estimate, beams: &Estimate, slivers: &[(usize, f64)]) ->
             .map(|value| value.max_channel())
             .fold(0.0, f64::max);
         for texel in 0..mine.low.len() {
-            let sliver = slivers
-                .iter()
-                .find(|(at, _)| *at == texel)
-                .map_or(0.0, |(_, part)| *part);
-            let hidden = if direct { HIDDEN_CORNERS + sliver } else { 0.0 };
+            let hidden = if direct { HIDDEN_CORNERS } else { 0.0 };
             let meets = (0..3).all(|c| {
                 let allowed = (hidden + BEAM_ROUNDING) * brightest;
                 let apart = (theirs.low[texel].0[c] - mine.high[texel].0[c])
@@ -158,19 +153,8 @@ pub fn both(scene: &Scene, depth: u32) -> (Estimate, Estimate) {
 /// Asserts that every texel of every layer is within the beams' bounds, and that at least `least` texels had
 /// light.
 pub fn assert_agrees(name: &str, scene: &Scene, depth: u32, least: usize) -> (Estimate, Estimate) {
-    assert_agrees_but_for(name, scene, depth, least, &[])
-}
-
-/// As [`assert_agrees`], with slivers of shadow that the quadrature of direct light does not see.
-pub fn assert_agrees_but_for(
-    name: &str,
-    scene: &Scene,
-    depth: u32,
-    least: usize,
-    slivers: &[(usize, f64)],
-) -> (Estimate, Estimate) {
     let (known, beams) = both(scene, depth);
-    let texels = compared(&known, &beams, slivers);
+    let texels = compared(&known, &beams);
     println!("{name}: {texels:?}");
     assert_eq!(texels.apart, 0, "{name}: {texels:?}");
     assert!(texels.lit >= least, "{name}: {texels:?}");

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec2;
 
-use super::quadrature::{simpson, windows};
+use super::quadrature::{between, parts_of, sign_changes, simpson, simpson_of_smooth, windows};
 use super::stretch::Stretch;
 use super::{KnownPath, TexelGrid, TexelRect};
 use crate::numeric::math;
@@ -85,7 +85,7 @@ impl MirrorCup {
     /// The irradiance [W/m²] averaged over a texel, by one path ([`KnownPath::Direct`] or
     /// [`KnownPath::Reflected`]).
     ///
-    /// Adaptive quadrature to about 1e-8 of the texel's unshaded irradiance.
+    /// Adaptive quadrature between kinks, to about 1e-8 of the texel's unshaded irradiance.
     pub fn texel_irradiance(&self, path: KnownPath, texel: &TexelRect) -> f64 {
         let reflections = match path {
             KnownPath::Direct => 0,
@@ -102,8 +102,12 @@ impl MirrorCup {
         for (from, to) in self.pieces() {
             let cut = |u: f64| self.cut_out(u, reflections, texel);
             let near = |u: f64, half: f64| self.may_meet(u, half, reflections, centre, reach);
-            for (a, b) in windows(from, to, &near) {
-                flux += simpson(a, b, tolerance, &cut);
+            for window in windows(from, to, &near) {
+                let marks = |u: f64| self.marks(&self.line(u), reflections, texel);
+                let kinks = sign_changes(window, parts_of(window, (from, to)), marks);
+                flux += between(window, &kinks, |a, b| {
+                    simpson_of_smooth(a, b, tolerance, &cut)
+                });
             }
         }
         flux * math::powf(self.reflectance, f64::from(reflections)) / texel.area()
@@ -238,26 +242,31 @@ impl MirrorCup {
         }
     }
 
-    /// The stretch on which a line's light lands after so many reflections.
-    fn leg(&self, line: &CupRay, reflections: u32) -> Option<Stretch> {
+    /// A line after so many reflections, unfolded: its point at t = 0, its azimuth, and the lengths t of the
+    /// last hit and of the next.
+    fn unfolded(&self, line: &CupRay, reflections: u32) -> (DVec2, f64, f64, f64) {
+        if reflections == 0 {
+            return (line.start, line.azimuth, 0.0, line.hit);
+        }
         let chord = 2.0 * self.radius * math::cos(line.incidence);
-        let (from, to) = self.inside(line);
         let k = f64::from(reflections);
         let turn = PI + 2.0 * line.incidence;
-        let (origin, azimuth, start, end) = if reflections == 0 {
-            (line.start, line.azimuth, 0.0, line.hit)
-        } else {
-            let hit = line.hit + (k - 1.0) * chord;
-            let wall =
-                self.radius * rotation::direction(line.azimuth + line.incidence + (k - 1.0) * turn);
-            let azimuth = line.azimuth + k * turn;
-            (
-                wall - rotation::direction(azimuth) * hit,
-                azimuth,
-                hit,
-                hit + chord,
-            )
-        };
+        let hit = line.hit + (k - 1.0) * chord;
+        let wall =
+            self.radius * rotation::direction(line.azimuth + line.incidence + (k - 1.0) * turn);
+        let azimuth = line.azimuth + k * turn;
+        (
+            wall - rotation::direction(azimuth) * hit,
+            azimuth,
+            hit,
+            hit + chord,
+        )
+    }
+
+    /// The stretch on which a line's light lands after so many reflections.
+    fn leg(&self, line: &CupRay, reflections: u32) -> Option<Stretch> {
+        let (origin, azimuth, start, end) = self.unfolded(line, reflections);
+        let (from, to) = self.inside(line);
         let (from, to) = (from.max(start), to.min(end));
         (from < to).then(|| Stretch {
             origin,
@@ -350,11 +359,20 @@ impl MirrorCup {
                         <= reach + half * to_centre.length()
                 };
                 let tolerance = TOLERANCE * self.unshaded_irradiance() * texel.area();
-                [(widest, PI), (-PI, -widest)]
-                    .into_iter()
-                    .flat_map(|(from, to)| windows(from, to, &near))
-                    .map(|(a, b)| simpson(a, b, tolerance, &cut))
-                    .sum()
+                let passed = |u: f64| {
+                    let direction = rotation::direction(u);
+                    texel.corners().map(|it| direction.perp_dot(it - origin))
+                };
+                let mut flux = 0.0;
+                for (from, to) in [(widest, PI), (-PI, -widest)] {
+                    for window in windows(from, to, &near) {
+                        let kinks = sign_changes(window, parts_of(window, (from, to)), passed);
+                        flux += between(window, &kinks, |a, b| {
+                            simpson_of_smooth(a, b, tolerance, &cut)
+                        });
+                    }
+                }
+                flux
             }
         }
     }
@@ -378,5 +396,6 @@ impl MirrorCup {
 /// Relative to the texel's unshaded irradiance.
 const TOLERANCE: f64 = 1e-8;
 
+mod kinks;
 #[cfg(test)]
 mod tests;

@@ -23,6 +23,16 @@ pub(super) fn integrate(a: f64, b: f64, panels: usize, mut f: impl FnMut(f64) ->
     sum * width
 }
 
+/// Number of times that an interval is halved in the search for windows.
+const WINDOW_LEVELS: i32 = 10;
+
+/// Number of parts of a window of an interval in which functions that are smooth over the interval have one
+/// root or two: two for each of the least windows.
+pub(super) fn parts_of(window: (f64, f64), (from, to): (f64, f64)) -> usize {
+    let least = (to - from) * math::powi(0.5, WINDOW_LEVELS);
+    2 * ((window.1 - window.0) / least).round().max(1.0) as usize
+}
+
 /// The parts of [from, to] in which `near(middle, half width)` may hold, cut to 1/1024 of it and neighbours
 /// joined.
 pub(super) fn windows(from: f64, to: f64, near: &impl Fn(f64, f64) -> bool) -> Vec<(f64, f64)> {
@@ -33,7 +43,7 @@ pub(super) fn windows(from: f64, to: f64, near: &impl Fn(f64, f64) -> bool) -> V
         if !near(middle, 0.5 * (b - a)) {
             continue;
         }
-        if depth < 10 {
+        if depth < WINDOW_LEVELS {
             open.push((middle, b, depth + 1));
             open.push((a, middle, depth + 1));
         } else {
@@ -43,28 +53,124 @@ pub(super) fn windows(from: f64, to: f64, near: &impl Fn(f64, f64) -> bool) -> V
     found
 }
 
+/// Places at which any of some smooth functions changes its sign, in rising order. Values are compared at
+/// the ends of this many parts; where they fall and rise again, at the vertex of a parabola, too. Functions
+/// that are not finite at a place are left out there.
+pub(super) fn sign_changes<const N: usize>(
+    (from, to): (f64, f64),
+    parts: usize,
+    functions: impl Fn(f64) -> [f64; N],
+) -> Vec<f64> {
+    let mut found = Vec::new();
+    let step = (to - from) / parts as f64;
+    let values: Vec<(f64, [f64; N])> = (0..=parts)
+        .map(|index| from + step * index as f64)
+        .map(|place| (place, functions(place)))
+        .collect();
+    for i in 0..N {
+        let function = |place: f64| functions(place)[i];
+        let mut search = |a: (f64, f64), b: (f64, f64)| {
+            if a.1 * b.1 < 0.0 && (a.1 - b.1).is_finite() {
+                found.push(root(a, b, function));
+            }
+        };
+        let at = |index: usize| (values[index].0, values[index].1[i]);
+        for index in 0..parts {
+            search(at(index), at(index + 1));
+        }
+        for index in 1..parts {
+            let three = [at(index - 1), at(index), at(index + 1)];
+            if let Some(vertex) = vertex(three) {
+                let vertex = (vertex, function(vertex));
+                // A second pair of roots would be in the other half.
+                let other = three[usize::from(vertex.0 >= three[1].0) * 2];
+                search(three[1], vertex);
+                search(vertex, other);
+            }
+        }
+    }
+    found.sort_unstable_by(f64::total_cmp);
+    found
+}
+
+/// The place of a parabola's vertex, given three of its points, if these are all on one side of zero and the
+/// vertex, or a point a tenth of the three's range beyond it, is on the other.
+fn vertex([a, b, c]: [(f64, f64); 3]) -> Option<f64> {
+    let step = b.0 - a.0;
+    let (slope, bend) = (0.5 * (c.1 - a.1), a.1 - 2.0 * b.1 + c.1);
+    let is_one_side = a.1 * b.1 > 0.0 && b.1 * c.1 > 0.0;
+    let offset = -slope / bend;
+    if !is_one_side || bend * b.1 <= 0.0 || offset.abs() > 1.0 {
+        return None;
+    }
+    let depth = b.1 + 0.5 * slope * offset;
+    (depth * b.1.signum() < 0.1 * bend.abs()).then_some(b.0 + offset * step)
+}
+
+/// A root between two places with values of opposite sign, by the Illinois variant of the false position:
+/// the value at an end that stays is halved.
+fn root(
+    (mut a, mut at_a): (f64, f64),
+    (mut b, mut at_b): (f64, f64),
+    function: impl Fn(f64) -> f64,
+) -> f64 {
+    // Each three steps raise the error to its third power; a root of a higher order takes longer.
+    for _ in 0..40 {
+        let place = (a * at_b - b * at_a) / (at_b - at_a);
+        let value = function(place);
+        if value == 0.0 || place == a || place == b {
+            return place;
+        }
+        if value * at_b < 0.0 {
+            (a, at_a) = (b, at_b);
+        } else {
+            at_a *= 0.5;
+        }
+        (b, at_b) = (place, value);
+    }
+    b
+}
+
+/// The sum of `integral` over the parts that rising places cut an interval into.
+pub(super) fn between(
+    (from, to): (f64, f64),
+    places: &[f64],
+    integral: impl Fn(f64, f64) -> f64,
+) -> f64 {
+    let starts = std::iter::once(from).chain(places.iter().copied());
+    let ends = places.iter().copied().chain(std::iter::once(to));
+    let parts = starts.zip(ends).filter(|(a, b)| a < b);
+    parts.map(|(a, b)| integral(a, b)).sum()
+}
+
 /// Adaptive Simpson quadrature: the error is about `tolerance` for continuous f with kinks.
 pub(super) fn simpson(a: f64, b: f64, tolerance: f64, f: &impl Fn(f64) -> f64) -> f64 {
     // Four starts, so that no symmetry of f about the middle hides its ends.
     let width = 0.25 * (b - a);
     (0..4)
         .map(|i| {
-            let (from, to) = (a + width * f64::from(i), a + width * f64::from(i + 1));
-            let (start, middle, end) = (f(from), f(f64::midpoint(from, to)), f(to));
-            halved(
-                &Panel {
-                    from,
-                    to,
-                    start,
-                    middle,
-                    end,
-                },
-                0.25 * tolerance,
-                30,
-                f,
-            )
+            let from = a + width * f64::from(i);
+            simpson_of_smooth(from, from + width, 0.25 * tolerance, f)
         })
         .sum()
+}
+
+/// The same for f without kinks: five values tell whether more are needed.
+pub(super) fn simpson_of_smooth(
+    from: f64,
+    to: f64,
+    tolerance: f64,
+    f: &impl Fn(f64) -> f64,
+) -> f64 {
+    let (start, middle, end) = (f(from), f(f64::midpoint(from, to)), f(to));
+    let panel = Panel {
+        from,
+        to,
+        start,
+        middle,
+        end,
+    };
+    halved(&panel, tolerance, 30, f)
 }
 
 struct Panel {

@@ -49,6 +49,12 @@ impl TexelRect {
         extent.x * extent.y
     }
 
+    /// Its corners, counter-clockwise from the smallest.
+    pub(super) fn corners(&self) -> [DVec2; 4] {
+        let (min, max) = (self.min, self.max);
+        [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)]
+    }
+
     /// The parts in the four quadrants of the plane, those that are not empty, each mirrored into the first.
     pub(super) fn quadrant_parts(&self) -> impl Iterator<Item = Self> {
         let sides = |min: f64, max: f64| [(min.max(0.0), max), ((-max).max(0.0), -min)];

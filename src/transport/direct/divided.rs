@@ -4,7 +4,8 @@ use super::edge::{CELLS, CORNERS, EdgeCell, EdgeTexel, NoCut};
 use super::leaf::Leaf;
 use super::light::DirectLight;
 use super::look::Sum;
-use super::shafts::{Obstacle, Shafts, are_simple};
+use super::shaft::{Obstacle, are_simple};
+use super::shafts::Shafts;
 use crate::scene::Emitter;
 
 impl DirectLight<'_> {
@@ -64,7 +65,8 @@ impl EdgeTexel<'_, '_> {
             return self.add(&cell.outline(), share, sum);
         }
         let is_small = cell.size <= 1.0 / CELLS as f64;
-        if is_small || are_simple(&within) {
+        let is_simple = are_simple(&within);
+        if is_small || is_simple {
             cell.inner = self.inner(&cell)?;
             if !cell.is_even() && self.add_parts(&cell, sum)? {
                 return Ok(());
@@ -72,7 +74,17 @@ impl EdgeTexel<'_, '_> {
         }
         let quarters = if is_small && cell.is_even() {
             let quarters = self.quarters(&cell)?;
-            if cell.is_last() || cell.is_like(&quarters) {
+            // Two lines may bound a sliver that no point has found; a single one that none has seen bounds
+            // nothing here.
+            if is_simple && cell.is_like(&quarters) {
+                return self.add(&cell.outline(), cell.shares[0], sum);
+            }
+            if cell.is_last() {
+                if !is_simple && within.iter().any(Obstacle::is_curved) {
+                    // Curves may touch: then the sliver runs along many cells.
+                    let middle = cell.from + 0.5 * cell.size;
+                    sum.error += self.light_at(middle)? * (cell.size * cell.size);
+                }
                 return self.add(&cell.outline(), cell.shares[0], sum);
             }
             quarters

@@ -436,7 +436,7 @@ impl EdgeTexel<'_, '_> {
     }
 
     /// Irradiance without shadow times surface per share of the texel \[W\].
-    fn light_at(&self, at: DVec2) -> Result<Rgb, NoCut> {
+    pub(super) fn light_at(&self, at: DVec2) -> Result<Rgb, NoCut> {
         let patch = self.patch(at)?;
         Ok(unshadowed(&patch.point, self.emitter).0 * patch.density)
     }

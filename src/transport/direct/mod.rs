@@ -41,8 +41,10 @@ mod light;
 mod look;
 mod measure;
 mod sampled;
+mod shaft;
 mod shafts;
 mod texel;
+mod tube;
 mod window;
 
 pub use measure::{AREA_SAMPLES, Direct, direct};

@@ -1,6 +1,10 @@
+use std::f64::consts::TAU;
+
 use super::*;
 use crate::numeric::math;
 use crate::numeric::rotation;
+use crate::reference::closed_form::circle::{circle_fraction, corner_radii};
+use crate::reference::closed_form::quadrature::integrate;
 
 /// The bundled scene `coffee-cup`.
 const CUP: MirrorCup = MirrorCup {
@@ -230,4 +234,72 @@ fn lit(cup: &MirrorCup, point: DVec2) -> f64 {
         .iter()
         .any(|&s| s > 1e-12 && s < 1.0 - 1e-12 && s * rise < cup.height);
     if blocked { 0.0 } else { irradiance }
+}
+
+/// Texels of which a rim's shadow leaves a corner lit, ever less of it. The rim's shadow is the circle about
+/// (R h/(h − H) − d, 0) of radius R h/(h − H). The corner's light is, independently, the sum over circles
+/// beyond that one of what the texel holds of each.
+#[test]
+fn a_corner_that_a_shadow_leaves_lit_is_found_however_small() {
+    let factor = 0.01 / (0.01 - RING.height);
+    let (middle, rim) = (factor * 0.01 - 0.01, factor * RING.radius);
+    let side = 8e-5;
+    for (azimuth, depth) in [
+        (1.9, 0.1),
+        (2.3, 1e-2),
+        (2.0, 3e-3),
+        (2.6, 1e-3),
+        (2.1, 1e-4),
+    ] {
+        let out = rotation::direction(azimuth);
+        let corner = DVec2::new(middle, 0.0) + out * (rim + depth * side);
+        // The corner of least x and largest y is the farthest from the circle's centre.
+        let texel = TexelRect::new(corner.x, corner.y - side, corner.x + side, corner.y);
+        let part = TexelRect::new(
+            middle - texel.max.x,
+            texel.min.y,
+            middle - texel.min.x,
+            texel.max.y,
+        );
+        let [near, .., far] = corner_radii(&part);
+        let area = integrate(near.max(rim), far, 8, |radius| {
+            TAU * radius * circle_fraction(radius, &part)
+        });
+        let distance = DVec2::new(corner.x + 0.01, corner.y).length();
+        let unshaded = 0.001 * 0.01 / math::powi(math::hypot(distance, 0.01), 3);
+        let exact = unshaded * area / texel.area();
+        let found = RING.texel_irradiance(KnownPath::Direct, &texel);
+        // The unshaded light varies by 3 side/distance over the texel, by less over the corner. The rest is
+        // what the quadrature claims.
+        let off = (found - exact).abs();
+        assert!(
+            off < 0.03 * depth * exact + 1e-8 * RING.unshaded_irradiance(),
+            "{azimuth} {depth}: {found} {exact}"
+        );
+    }
+}
+
+/// The lamp is at 45° from the middle of these texels, two corners of which it therefore sees in one line.
+/// The sum over the solid angle is exact.
+#[test]
+fn a_texel_that_is_seen_along_its_diagonal_has_all_of_its_light() {
+    let side = 4.0 * RING.radius / 512.0;
+    for (column, row) in [(173, 46), (174, 45), (82, 46), (81, 45), (150, 20)] {
+        let low = DVec2::new(f64::from(column) - 256.0, f64::from(row)) * side;
+        let texel = TexelRect::new(low.x, low.y, low.x + side, low.y + side);
+        let found = RING.texel_irradiance(KnownPath::Direct, &texel);
+        let angle = |x: f64, y: f64| {
+            let x = x + 0.01;
+            math::atan(x * y / (0.01 * (1e-4 + x * x + y * y).sqrt()))
+        };
+        let (min, max) = (texel.min, texel.max);
+        let solid =
+            angle(max.x, max.y) - angle(min.x, max.y) - angle(max.x, min.y) + angle(min.x, min.y);
+        let exact = 0.001 * solid / texel.area();
+        // What the quadrature claims; differences of angles lose 1e-16 of one over the texel's, 1e-5.
+        assert!(
+            (found - exact).abs() < 1e-8 * RING.unshaded_irradiance() + 1e-10 * exact,
+            "{column} {row}: {found} {exact}"
+        );
+    }
 }

@@ -15,8 +15,7 @@ use crate::scene::Material;
 
 /// Error of a texel as a part of the irradiance without the cup.
 ///
-/// Each window of the quadrature is integrated to 1e-8 of it. The error is far smaller but in windows with a
-/// kink: those of a texel's four corners and of the two ends of the lit stretch, on up to two branches.
+/// Each part between kinks is integrated to 1e-8 of it, and the error is far smaller but in few of them.
 const OF_UNSHADED: f64 = 1e-7;
 
 /// Largest angle (rad) between a side of the receiver and a direction along it.

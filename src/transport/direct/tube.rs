@@ -1,0 +1,64 @@
+//! A tube as an obstacle: its rims, the lines at which rays graze it, and where it meets the receiver.
+
+use glam::DVec3;
+
+use super::shaft::{Obstacle, Origin};
+use super::shafts::{Shafts, TOUCHING};
+use crate::geometry::{Bounds, Cylinder, Frame};
+
+impl Shafts<'_> {
+    /// The lines that a tube's shadow may end at; its bounds if it touches the receiver's plane otherwise
+    /// than upright, as it then meets it in an ellipse or along a line.
+    pub(super) fn of_tube(&self, tube: &Cylinder, bounds: Bounds) -> Vec<Obstacle> {
+        let floor = &self.scene.world().shapes()[self.receiver.shape() as usize];
+        let Some([center, _]) = floor.plane() else {
+            return vec![Obstacle::Box(bounds)];
+        };
+        let (axis, radius) = (tube.axis(), tube.radius());
+        let ends = [0.0, tube.length()].map(|along| tube.base() + axis * along);
+        let [first, last] = ends.map(|end| self.normal.dot(end - center));
+        let reach = radius * self.normal.cross(axis).length();
+        let near = TOUCHING * (ends[0].length() + ends[1].length() + radius + center.length());
+        let (lowest, highest) = (first.min(last) - reach, first.max(last) + reach);
+        if highest < -near {
+            return Vec::new();
+        }
+        let is_upright = reach <= near;
+        if lowest <= near && !is_upright {
+            return vec![Obstacle::Box(bounds)];
+        }
+        let Frame { s, t, .. } = Frame::around(axis);
+        let rim = |middle| Obstacle::Rim(middle, [s * radius, t * radius]);
+        let line = |out: DVec3| Obstacle::Edge(ends.map(|end| end + out));
+        let mut found: Vec<Obstacle> = ends.map(rim).into();
+        if lowest < -near {
+            found.push(rim(ends[0] - axis * (first / self.normal.dot(axis))));
+        }
+        found.extend(grazed(self.origin, tube).into_iter().flatten().map(line));
+        found
+    }
+}
+
+/// The vectors from a tube's axis to the two lines at which an emitter's rays graze it. `None` if the emitter
+/// is within the endless tube, or shines along it.
+///
+/// Let d be the emitter's distance from the axis, and r the radius. The lines are at the angle arccos(r/d)
+/// from the direction towards the emitter, on either side; for parallel light at a right angle.
+fn grazed(origin: Origin, tube: &Cylinder) -> Option<[DVec3; 2]> {
+    let (axis, radius) = (tube.axis(), tube.radius());
+    let way = origin.from(tube.base());
+    let across = way - axis * way.dot(axis);
+    let distance = across.length();
+    let least = match origin {
+        Origin::At(_) => radius,
+        Origin::Towards(_) => 0.0,
+    };
+    if distance <= least {
+        return None;
+    }
+    let towards = across / distance;
+    let cos = least / distance;
+    let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
+    let aside = axis.cross(towards);
+    Some([1.0, -1.0].map(|side| (towards * cos + aside * (side * sin)) * radius))
+}
