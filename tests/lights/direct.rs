@@ -1,5 +1,7 @@
 //! Direct light of lamps without size, texel by texel, against the areas of shadows.
 
+use std::f64::consts::TAU;
+
 use glam::{DVec2, DVec3};
 use nephroid::internals::generate::{bumpy_ball, write_ply};
 use nephroid::internals::geometry::{MeshParts, TraversalCounters};
@@ -219,8 +221,8 @@ fn a_lamp_near_the_floor_casts_the_shadow_that_projection_says() {
     assert!(worst <= 1.0 / 1024.0, "{worst:e}");
 }
 
-/// A tube with both ends' circles at a point in the height, as the sun in the zenith sees it: an upright one is
-/// two circles that coincide; a lying one a rectangle; a leaning one two ellipses and the lines beside them.
+/// Below the sun in the zenith a lying tube has a rectangle for its shadow, and a leaning one two ellipses with
+/// the lines beside them. An upright one has none.
 #[test]
 fn a_tubes_shadow_is_that_of_its_ends_and_sides_in_every_texel() {
     let tube = |from: DVec3, to: DVec3| {
@@ -269,6 +271,56 @@ fn a_tubes_shadow_is_that_of_its_ends_and_sides_in_every_texel() {
         assert!(verdict.bar < 3e-4, "{name}: {:e}", verdict.bar);
         // Shafts tell of all texels but those that the shadow's edge crosses, some 110 of 4096.
         assert!(counters.rays < 100_000, "{name}: {}", counters.rays);
+    }
+    let (texels, _) = measured(&scene(SUN, &tube(first, first + 0.7 * DVec3::Z)));
+    let is_open = |it: &DirectTexel| it.irradiance.0[0] == 1.0 && it.error.0[0] == 0.0;
+    assert!(texels.iter().all(is_open));
+}
+
+/// A tube on the floor below a lamp over its axis shades a ring, from its foot to the shadow of its upper rim.
+/// Floors are turned about the origin, where a corner of a shaft is: rounding must not lose the foot.
+#[test]
+fn a_standing_tubes_foot_is_found_wherever_the_floor_is() {
+    const SIDE: usize = 128;
+    for degrees in [0.0, 17.0, 29.0, 53.0, 71.0, 88.0] {
+        let turn = format!(r#"<rotate x="0.6" y="0.48" z="0.64" angle="{degrees}"/>"#);
+        let tube = format!(
+            r#"<shape type="cylinder"><transform name="to_world">
+            <scale x="0.21" y="0.21" z="0.2"/><translate x="0.3" y="0.4"/>{turn}</transform></shape>"#
+        );
+        let flux = |tube: &str| -> f64 {
+            let text = format!(
+                r#"<scene version="3.0.0">
+                <emitter type="spot"><transform name="to_world">
+                    <lookat origin="0.3, 0.4, 2" target="0.3, 0.4, 0" up="0, 1, 0"/>{turn}</transform>
+                    <rgb name="intensity" value="4"/><float name="cutoff_angle" value="80"/>
+                    <float name="beam_width" value="79"/></emitter>
+                {tube}
+                <shape type="rectangle"><transform name="to_world">{turn}</transform><bsdf type="diffuse"/>
+                    <sensor type="irradiancemeter"><film type="hdrfilm">
+                        <integer name="width" value="{SIDE}"/><integer name="height" value="{SIDE}"/>
+                    </film></sensor>
+                </shape></scene>"#
+            );
+            let folder = tempfile::tempdir().unwrap();
+            let file = folder.path().join("turned.xml");
+            std::fs::write(&file, text).unwrap();
+            let (texels, _) = measured(&mitsuba::load(&file, &[]).unwrap());
+            let area = (2.0 / SIDE as f64).powi(2);
+            texels.iter().map(|it| it.irradiance.0[0] * area).sum()
+        };
+        // The light of 4 W/sr from 2 m above within a radius; the upper rim's shadow is 1/0.9 as wide.
+        let within = |radius: f64| TAU * 4.0 * (1.0 - 2.0 / (4.0 + radius * radius).sqrt());
+        let truth = within(0.21 / 0.9) - within(0.21);
+        let shaded = flux("") - flux(&tube);
+        println!("{degrees}°: {shaded:.6} W of {truth:.6} W are shaded");
+        // Two circles cross some 8 · 64 · 0.22 = 113 texels each, whose cuts are known to 1e-4 of a texel with
+        // 1 W/m².
+        let allowed = 2.0 * 113.0 * 1e-4 * (2.0 / SIDE as f64).powi(2);
+        assert!(
+            (shaded - truth).abs() < allowed,
+            "{degrees}: {shaded} {truth}"
+        );
     }
 }
 

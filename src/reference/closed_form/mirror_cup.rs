@@ -105,9 +105,8 @@ impl MirrorCup {
             for window in windows(from, to, &near) {
                 let marks = |u: f64| self.marks(&self.line(u), reflections, texel);
                 let kinks = sign_changes(window, parts_of(window, (from, to)), marks);
-                flux += between(window, &kinks, |a, b| {
-                    simpson_of_smooth(a, b, tolerance, &cut)
-                });
+                let each = tolerance / (kinks.len() + 1) as f64;
+                flux += between(window, &kinks, |a, b| simpson_of_smooth(a, b, each, &cut));
             }
         }
         flux * math::powf(self.reflectance, f64::from(reflections)) / texel.area()
@@ -367,9 +366,8 @@ impl MirrorCup {
                 for (from, to) in [(widest, PI), (-PI, -widest)] {
                     for window in windows(from, to, &near) {
                         let kinks = sign_changes(window, parts_of(window, (from, to)), passed);
-                        flux += between(window, &kinks, |a, b| {
-                            simpson_of_smooth(a, b, tolerance, &cut)
-                        });
+                        let each = tolerance / (kinks.len() + 1) as f64;
+                        flux += between(window, &kinks, |a, b| simpson_of_smooth(a, b, each, &cut));
                     }
                 }
                 flux

@@ -26,8 +26,8 @@ pub(super) fn integrate(a: f64, b: f64, panels: usize, mut f: impl FnMut(f64) ->
 /// Number of times that an interval is halved in the search for windows.
 const WINDOW_LEVELS: i32 = 10;
 
-/// Number of parts of a window of an interval in which functions that are smooth over the interval have one
-/// root or two: two for each of the least windows.
+/// Number of parts of a window, two for each of the least that an interval has. Functions that are smooth
+/// over the interval have no more than two roots in such a part.
 pub(super) fn parts_of(window: (f64, f64), (from, to): (f64, f64)) -> usize {
     let least = (to - from) * math::powi(0.5, WINDOW_LEVELS);
     2 * ((window.1 - window.0) / least).round().max(1.0) as usize
@@ -54,8 +54,8 @@ pub(super) fn windows(from: f64, to: f64, near: &impl Fn(f64, f64) -> bool) -> V
 }
 
 /// Places at which any of some smooth functions changes its sign, in rising order. Values are compared at
-/// the ends of this many parts; where they fall and rise again, at the vertex of a parabola, too. Functions
-/// that are not finite at a place are left out there.
+/// the ends of this many parts; where they fall and rise again, at the vertex of a parabola, too. An end at
+/// which one is zero counts as such a place. Functions that are not finite at a place are left out there.
 pub(super) fn sign_changes<const N: usize>(
     (from, to): (f64, f64),
     parts: usize,
@@ -72,6 +72,8 @@ pub(super) fn sign_changes<const N: usize>(
         let mut search = |a: (f64, f64), b: (f64, f64)| {
             if a.1 * b.1 < 0.0 && (a.1 - b.1).is_finite() {
                 found.push(root(a, b, function));
+            } else if a.1 == 0.0 {
+                found.push(a.0);
             }
         };
         let at = |index: usize| (values[index].0, values[index].1[i]);
@@ -89,12 +91,13 @@ pub(super) fn sign_changes<const N: usize>(
             }
         }
     }
+    found.retain(|place| place.is_finite());
     found.sort_unstable_by(f64::total_cmp);
     found
 }
 
-/// The place of a parabola's vertex, given three of its points, if these are all on one side of zero and the
-/// vertex, or a point a tenth of the three's range beyond it, is on the other.
+/// The place of a parabola's vertex, given three of its points at even distances. `None` unless these are all
+/// on one side of zero, and the vertex on the other, give or take a tenth of the second difference.
 fn vertex([a, b, c]: [(f64, f64); 3]) -> Option<f64> {
     let step = b.0 - a.0;
     let (slope, bend) = (0.5 * (c.1 - a.1), a.1 - 2.0 * b.1 + c.1);

@@ -4,7 +4,7 @@ use super::edge::{CELLS, CORNERS, EdgeCell, EdgeTexel, NoCut};
 use super::leaf::Leaf;
 use super::light::DirectLight;
 use super::look::Sum;
-use super::shaft::{Obstacle, are_simple};
+use super::shaft::{Obstacle, are_simple, are_tangled};
 use super::shafts::Shafts;
 use crate::scene::Emitter;
 
@@ -64,8 +64,13 @@ impl EdgeTexel<'_, '_> {
             };
             return self.add(&cell.outline(), share, sum);
         }
-        let is_small = cell.size <= 1.0 / CELLS as f64;
         let is_simple = are_simple(&within);
+        let is_tangled = are_tangled(&within);
+        if is_tangled && cell.is_last() {
+            // No point may have found the sliver.
+            sum.error += self.light_at(cell.from + 0.5 * cell.size)? * (cell.size * cell.size);
+        }
+        let is_small = cell.is_last() || !is_tangled && cell.size <= 1.0 / CELLS as f64;
         if is_small || is_simple {
             cell.inner = self.inner(&cell)?;
             if !cell.is_even() && self.add_parts(&cell, sum)? {
@@ -74,17 +79,7 @@ impl EdgeTexel<'_, '_> {
         }
         let quarters = if is_small && cell.is_even() {
             let quarters = self.quarters(&cell)?;
-            // Two lines may bound a sliver that no point has found; a single one that none has seen bounds
-            // nothing here.
-            if is_simple && cell.is_like(&quarters) {
-                return self.add(&cell.outline(), cell.shares[0], sum);
-            }
-            if cell.is_last() {
-                if !is_simple && within.iter().any(Obstacle::is_curved) {
-                    // Curves may touch: then the sliver runs along many cells.
-                    let middle = cell.from + 0.5 * cell.size;
-                    sum.error += self.light_at(middle)? * (cell.size * cell.size);
-                }
+            if cell.is_last() || cell.is_like(&quarters) {
                 return self.add(&cell.outline(), cell.shares[0], sum);
             }
             quarters

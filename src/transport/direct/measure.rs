@@ -7,6 +7,7 @@ use super::environment::is_open;
 use super::glance::{Glance, is_near_edge};
 use super::light::DirectLight;
 use super::sampled::{REPLICATES, SAMPLES, unseen_part};
+use super::shaft::are_to_be_cut;
 use super::shafts::{Shafts, TexelView};
 use super::texel::DirectTexel;
 use super::window::Window;
@@ -174,15 +175,20 @@ impl Direct {
         let run = (scene, receiver, stop);
         let first = self.by_row(run, None, |at, texel| match view(texel) {
             Some((_, TexelView::Same(share))) => at.glance(texel, emitter, Some(share)),
-            Some((shafts, TexelView::Divided(by))) => at.divided(texel, emitter, shafts, by),
+            Some((shafts, TexelView::Divided(by))) if are_to_be_cut(by) => {
+                at.divided(texel, emitter, shafts, by)
+            }
             _ => at.glance(texel, emitter, None),
         })?;
         self.by_row(run, None, |at, texel| {
             let value = first[texel].value;
             match view(texel) {
                 Some((_, TexelView::Same(_))) => value,
-                Some((_, TexelView::Divided(_))) => value,
+                Some((_, TexelView::Divided(by))) if are_to_be_cut(by) => value,
                 _ if !is_near_edge(&first, texel, receiver) => value,
+                Some((shafts, TexelView::Divided(by))) => {
+                    at.divided(texel, emitter, shafts, by).value
+                }
                 Some((_, TexelView::Unknown)) | None => at.edge(texel, emitter),
             }
         })

@@ -74,7 +74,20 @@ impl Obstacle {
         matches!(self, Self::Edge(_)) || self.is_curved()
     }
 
-    /// True if the line is part of a conic, or two of them.
+    /// True if it is a tube's rim, and the outline of a disc given.
+    pub(super) fn is_rim_of(&self, disc: &Self) -> bool {
+        let (Self::Rim(center, [u, v]), Self::Disk(middle, [s, t])) = (self, disc) else {
+            return false;
+        };
+        let near = WITHIN * u.length();
+        let normal = s.cross(*t).normalize_or_zero();
+        center.distance(*middle) <= near
+            && (u.length() - s.length()).abs() <= near
+            && (u.length() - t.length()).abs() <= near
+            && normal.dot(*u).abs().max(normal.dot(*v).abs()) <= near
+    }
+
+    /// True if the shadow of it ends at a curve.
     pub(super) fn is_curved(&self) -> bool {
         matches!(self, Self::Ball(..) | Self::Disk(..) | Self::Rim(..))
     }
@@ -90,17 +103,30 @@ pub(super) fn are_simple(obstacles: &[Obstacle]) -> bool {
     }
 }
 
+/// True if the shadows of these may leave a sliver that runs along many cells: two curves may touch.
+pub(super) fn are_tangled(obstacles: &[Obstacle]) -> bool {
+    obstacles.iter().filter(|it| it.is_curved()).count() > 1
+}
+
+/// True if a texel that these divide is cut along them without a glance at it by points. Most edges of a mesh
+/// end no shadow that points do not see, and they are many.
+pub(super) fn are_to_be_cut(obstacles: &[Obstacle]) -> bool {
+    are_simple(obstacles) || are_tangled(obstacles)
+}
+
 /// The space between an emitter and a square of the receiver.
 pub(super) struct Shaft {
     origin: Origin,
     corners: [DVec3; 4],
     /// Outward normals, and the largest product with them of the shaft's points.
     planes: [(DVec3, f64); 6],
+    /// Largest coordinate of anything around: the size whose rounding planes have.
+    reach: f64,
 }
 
 impl Shaft {
     /// The shaft to a square whose corners are in order around it.
-    pub(super) fn new(origin: Origin, corners: [DVec3; 4], normal: DVec3) -> Self {
+    pub(super) fn new(origin: Origin, corners: [DVec3; 4], normal: DVec3, reach: f64) -> Self {
         let middle = corners.iter().sum::<DVec3>() / 4.0;
         let mut planes = [(DVec3::ZERO, 0.0); 6];
         for (index, plane) in planes[..4].iter_mut().enumerate() {
@@ -122,6 +148,7 @@ impl Shaft {
             origin,
             corners,
             planes,
+            reach,
         }
     }
 
@@ -129,7 +156,7 @@ impl Shaft {
     fn may_hold(&self, least: impl Fn(DVec3) -> f64) -> bool {
         self.planes.iter().all(|(outward, most)| {
             // Products are rounded: a little more room does no harm.
-            let room = 1e-12 * outward.length() * self.corners[0].length().max(1e-300);
+            let room = 1e-12 * outward.length() * self.reach;
             least(*outward) <= most + room
         })
     }

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use super::arriving::ends_in_a_step;
 use super::edge::CORNERS;
 use super::shaft::{Obstacle, Origin, Shaft, WITHIN};
-use crate::geometry::{Shape, Sphere, TraversalCounters};
+use crate::geometry::{Bounds, Shape, Sphere, TraversalCounters};
 use crate::scene::{Emitter, Material, Scene};
 use crate::transport::receiver::Receiver;
 use crate::transport::visibility::transmittance;
@@ -73,6 +73,8 @@ pub(super) struct Shafts<'a> {
     pub(super) receiver: &'a Receiver,
     pub(super) origin: Origin,
     pub(super) normal: DVec3,
+    /// Largest coordinate of the scene and the emitter.
+    reach: f64,
 }
 
 /// What was found of a part of the film, and the work that it took.
@@ -97,11 +99,15 @@ impl<'a> Shafts<'a> {
         }
         let normal = floor.normal();
         let is_front = normal.dot(origin.from(floor.center())) > 0.0;
+        let Bounds { min, max } = scene.world().bounds();
+        let position = origin.from(DVec3::ZERO);
+        let reach = min.abs().max(max.abs()).max(position.abs()).max_element();
         is_front.then_some(Self {
             scene,
             receiver,
             origin,
             normal,
+            reach,
         })
     }
 
@@ -144,7 +150,7 @@ impl<'a> Shafts<'a> {
 
     /// Those of some obstacles that visibility may differ by within a square, given its corners in order.
     pub(super) fn dividing(&self, corners: [DVec3; 4], obstacles: &[Obstacle]) -> Vec<Obstacle> {
-        Shaft::new(self.origin, corners, self.normal).dividing(obstacles)
+        Shaft::new(self.origin, corners, self.normal, self.reach).dividing(obstacles)
     }
 
     /// Everything that may hide the emitter from some places only.
@@ -190,6 +196,10 @@ impl<'a> Shafts<'a> {
                 }
             }
         }
+        // The rim of a tube that a disc closes is the disc's.
+        let is_disc = |it: &&Obstacle| matches!(it, Obstacle::Disk(..));
+        let discs: Vec<Obstacle> = obstacles.iter().filter(is_disc).copied().collect();
+        obstacles.retain(|it| !discs.iter().any(|disc| it.is_rim_of(disc)));
         obstacles
     }
 

@@ -7,8 +7,9 @@ use super::shafts::{Shafts, TOUCHING};
 use crate::geometry::{Bounds, Cylinder, Frame};
 
 impl Shafts<'_> {
-    /// The lines that a tube's shadow may end at; its bounds if it touches the receiver's plane otherwise
-    /// than upright, as it then meets it in an ellipse or along a line.
+    /// The lines that a tube's shadow may end at. Its bounds instead if it touches the receiver's plane
+    /// otherwise than upright, as it then meets it in an ellipse or along a line. The same if the emitter is
+    /// on its wall.
     pub(super) fn of_tube(&self, tube: &Cylinder, bounds: Bounds) -> Vec<Obstacle> {
         let floor = &self.scene.world().shapes()[self.receiver.shape() as usize];
         let Some([center, _]) = floor.plane() else {
@@ -17,25 +18,54 @@ impl Shafts<'_> {
         let (axis, radius) = (tube.axis(), tube.radius());
         let ends = [0.0, tube.length()].map(|along| tube.base() + axis * along);
         let [first, last] = ends.map(|end| self.normal.dot(end - center));
-        let reach = radius * self.normal.cross(axis).length();
+        let lean = self.normal.cross(axis).length();
+        let reach = radius * lean;
         let near = TOUCHING * (ends[0].length() + ends[1].length() + radius + center.length());
         let (lowest, highest) = (first.min(last) - reach, first.max(last) + reach);
         if highest < -near {
             return Vec::new();
         }
-        let is_upright = reach <= near;
-        if lowest <= near && !is_upright {
+        if lowest <= near && lean > TOUCHING || self.is_on_wall(tube) {
             return vec![Obstacle::Box(bounds)];
+        }
+        if self.is_along(axis) {
+            // Its wall is seen from the edge, and hides nothing.
+            return Vec::new();
         }
         let Frame { s, t, .. } = Frame::around(axis);
         let rim = |middle| Obstacle::Rim(middle, [s * radius, t * radius]);
         let line = |out: DVec3| Obstacle::Edge(ends.map(|end| end + out));
-        let mut found: Vec<Obstacle> = ends.map(rim).into();
-        if lowest < -near {
-            found.push(rim(ends[0] - axis * (first / self.normal.dot(axis))));
-        }
+        // What is in the plane, or below it, ends there.
+        let rims = [(ends[0], first), (ends[1], last)].map(|(end, height)| {
+            if height <= near {
+                rim(end - axis * (height / self.normal.dot(axis)))
+            } else {
+                rim(end)
+            }
+        });
+        let mut found: Vec<Obstacle> = rims.into();
         found.extend(grazed(self.origin, tube).into_iter().flatten().map(line));
         found
+    }
+
+    /// True if the emitter is on a tube's wall, give or take rounding: the wall is then seen from the edge.
+    fn is_on_wall(&self, tube: &Cylinder) -> bool {
+        let Origin::At(position) = self.origin else {
+            return false;
+        };
+        let offset = position - tube.base();
+        let along = offset.dot(tube.axis());
+        let off = (offset - tube.axis() * along).length() - tube.radius();
+        let near = TOUCHING * (tube.radius() + tube.length());
+        off.abs() <= near && (-near..=tube.length() + near).contains(&along)
+    }
+
+    /// True if the emitter's light is parallel and along an axis.
+    fn is_along(&self, axis: DVec3) -> bool {
+        match self.origin {
+            Origin::At(_) => false,
+            Origin::Towards(direction) => direction.cross(axis).length() <= f64::EPSILON,
+        }
     }
 }
 

@@ -10,6 +10,8 @@ pub(super) struct Group {
     pub(super) face: u32,
     /// The corners of their union, in the winding's order.
     pub(super) corners: Vec<DVec3>,
+    /// The other groups that a side of it is shared with.
+    pub(super) beside: Vec<u32>,
 }
 
 /// A mesh's faces in groups.
@@ -104,6 +106,7 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
             groups.push(Group {
                 face: seed,
                 corners,
+                beside: Vec::new(),
             });
             continue;
         }
@@ -114,7 +117,19 @@ pub(super) fn outlines(mesh: &Mesh) -> Outlines {
             groups.push(Group {
                 face,
                 corners: mesh.corners(face).to_vec(),
+                beside: Vec::new(),
             });
+        }
+    }
+    for side in &all {
+        let group = of_face[side.face as usize];
+        let other = across(side).map(|face| of_face[face as usize]);
+        if let (Some(one), Some(other)) = (groups.get_mut(group as usize), other)
+            && other != group
+            && other != UNGROUPED
+            && !one.beside.contains(&other)
+        {
+            one.beside.push(other);
         }
     }
     Outlines {
@@ -259,5 +274,28 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn groups_know_those_that_they_share_a_side_with() {
+        // A triangle for each face: one inside has three beside it, and each of these has it.
+        let letter = outlines(&grid(4, |x, y| x >= 2 && y >= 2));
+        let mut most = 0;
+        for (index, group) in letter.groups.iter().enumerate() {
+            most = most.max(group.beside.len());
+            for &other in &group.beside {
+                assert!(
+                    letter.groups[other as usize]
+                        .beside
+                        .contains(&(index as u32))
+                );
+            }
+        }
+        assert_eq!(most, 3);
+        // 12 squares have a diagonal each, seen from both sides; of their 48 sides 16 bound the letter.
+        let shared: usize = letter.groups.iter().map(|group| group.beside.len()).sum();
+        assert_eq!(shared, 2 * 12 + (12 * 4 - 16));
+        // The faces of a plane are one group, with nothing beside it.
+        assert!(outlines(&grid(4, |_, _| false)).groups[0].beside.is_empty());
     }
 }

@@ -26,6 +26,8 @@ pub struct Facet {
     position_error: DVec3,
     /// The corners, as a range of [`Facets::corners`], counter-clockwise about `axes[0] x axes[1]`.
     outline: Range<usize>,
+    /// The facets beside it, as a range of the neighbours of all.
+    beside: Range<usize>,
 }
 
 impl Facet {
@@ -51,6 +53,7 @@ impl Facet {
             normal,
             position_error,
             outline,
+            beside: 0..0,
         })
     }
 
@@ -120,7 +123,7 @@ impl Facet {
 
     /// True if light along `direction` comes from the side about which the outline turns counter-clockwise.
     #[inline]
-    fn is_from_front(&self, direction: DVec3) -> bool {
+    pub fn is_from_front(&self, direction: DVec3) -> bool {
         self.axes[0].cross(self.axes[1]).dot(direction) < 0.0
     }
 }
@@ -130,6 +133,7 @@ impl Facet {
 pub struct Facets {
     all: Vec<Facet>,
     corners: Vec<DVec3>,
+    neighbours: Vec<u32>,
     /// The facet of each face, by shape; empty for shapes that have none.
     of_face: Vec<Vec<u32>>,
 }
@@ -144,6 +148,7 @@ impl Facets {
         let mut all = Self {
             all: Vec::new(),
             corners: Vec::new(),
+            neighbours: Vec::new(),
             of_face: Vec::new(),
         };
         for (index, shape) in scene.world().shapes().iter().enumerate() {
@@ -187,7 +192,7 @@ impl Facets {
         let found = outlines(mesh);
         let numbers: Vec<u32> = found
             .groups
-            .into_iter()
+            .iter()
             .map(|group| {
                 let outline = self.add_corners(&group.corners);
                 let [a, b, c] = mesh.corners(group.face);
@@ -204,6 +209,15 @@ impl Facets {
                 .unwrap_or(NO_FACET)
             })
             .collect();
+        for (&number, group) in numbers.iter().zip(&found.groups) {
+            if number == NO_FACET {
+                continue;
+            }
+            let start = self.neighbours.len();
+            let beside = group.beside.iter().map(|&other| numbers[other as usize]);
+            self.neighbours.extend(beside.filter(|&it| it != NO_FACET));
+            self.all[number as usize].beside = start..self.neighbours.len();
+        }
         found
             .of_face
             .into_iter()
@@ -242,6 +256,12 @@ impl Facets {
     #[inline]
     pub fn outline(&self, facet: &Facet) -> &[DVec3] {
         &self.corners[facet.outline.clone()]
+    }
+
+    /// The facets that an edge of a facet is shared with, if by one alone.
+    #[inline]
+    pub fn beside(&self, facet: u32) -> &[u32] {
+        &self.neighbours[self.get(facet).beside.clone()]
     }
 
     /// The lines of a facet's edges, for light that arrives along `direction`.

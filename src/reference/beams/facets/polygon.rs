@@ -64,6 +64,14 @@ impl<const N: usize> LightPolygon<N> {
         self.area_and_middle().0
     }
 
+    /// The length of its outline times its largest coordinate: what rounding of its area grows with.
+    pub(super) fn extent(&self) -> f64 {
+        let places = self.corners.iter().map(|corner| corner.at);
+        let next = places.clone().cycle().skip(1);
+        let length: f64 = places.clone().zip(next).map(|(a, b)| a.distance(b)).sum();
+        length * places.fold(0.0, |most, at| at.abs().max_element().max(most))
+    }
+
     /// Largest flux \[W\] of a corner for a unit of coordinate area, in units of the source's strength.
     pub(super) fn largest_weight(&self) -> f64 {
         self.corners.iter().fold(0.0, |largest, corner| {

@@ -237,7 +237,7 @@ fn lit(cup: &MirrorCup, point: DVec2) -> f64 {
 }
 
 /// Texels of which a rim's shadow leaves a corner lit, ever less of it. The rim's shadow is the circle about
-/// (R h/(h − H) − d, 0) of radius R h/(h − H). The corner's light is, independently, the sum over circles
+/// (d h/(h − H) − d, 0) of radius R h/(h − H). The corner's light is, independently, the sum over circles
 /// beyond that one of what the texel holds of each.
 #[test]
 fn a_corner_that_a_shadow_leaves_lit_is_found_however_small() {

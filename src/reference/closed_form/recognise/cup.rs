@@ -15,7 +15,7 @@ use crate::scene::Material;
 
 /// Error of a texel as a part of the irradiance without the cup.
 ///
-/// Each part between kinks is integrated to 1e-8 of it, and the error is far smaller but in few of them.
+/// Each window of the quadrature is integrated to 1e-8 of it. A texel has one or two on each of two branches.
 const OF_UNSHADED: f64 = 1e-7;
 
 /// Largest angle (rad) between a side of the receiver and a direction along it.

@@ -5,6 +5,7 @@ mod divide;
 mod land;
 mod refiner;
 mod sharing;
+mod spread;
 mod view;
 
 pub use refiner::FacetRefiner;

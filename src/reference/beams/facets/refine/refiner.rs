@@ -137,7 +137,9 @@ impl<'f, 'r, 'c, const N: usize> FacetRefiner<'f, 'r, 'c, N> {
         }
         match self.sight(&polygon, middle) {
             LegEnd::Facet(facet) if !Self::is_entry(&polygon, facet) => {
-                self.cut_out(polygon, facet, None);
+                if !self.may_go_to_a_facet(&polygon) || !self.spread(&polygon, facet) {
+                    self.cut_out(polygon, facet, None);
+                }
             }
             sight => self.go_on(polygon, area, sight),
         }
