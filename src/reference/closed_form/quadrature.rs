@@ -54,8 +54,9 @@ pub(super) fn windows(from: f64, to: f64, near: &impl Fn(f64, f64) -> bool) -> V
 }
 
 /// Places at which any of some smooth functions changes its sign, in rising order. Values are compared at
-/// the ends of this many parts; where they fall and rise again, at the vertex of a parabola, too. An end at
-/// which one is zero counts as such a place. Functions that are not finite at a place are left out there.
+/// the ends of this many parts; where they fall and rise again, at the vertex of a parabola, too. The start
+/// of a part counts if a function is zero there and not at the part's end. Functions that are not finite at a
+/// place are left out there.
 pub(super) fn sign_changes<const N: usize>(
     (from, to): (f64, f64),
     parts: usize,
@@ -72,7 +73,7 @@ pub(super) fn sign_changes<const N: usize>(
         let mut search = |a: (f64, f64), b: (f64, f64)| {
             if a.1 * b.1 < 0.0 && (a.1 - b.1).is_finite() {
                 found.push(root(a, b, function));
-            } else if a.1 == 0.0 {
+            } else if a.1 == 0.0 && b.1 != 0.0 {
                 found.push(a.0);
             }
         };

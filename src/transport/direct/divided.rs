@@ -78,8 +78,11 @@ impl EdgeTexel<'_, '_> {
             }
         }
         let quarters = if is_small && cell.is_even() {
+            if cell.is_last() {
+                return self.add(&cell.outline(), cell.shares[0], sum);
+            }
             let quarters = self.quarters(&cell)?;
-            if cell.is_last() || cell.is_like(&quarters) {
+            if cell.is_like(&quarters) {
                 return self.add(&cell.outline(), cell.shares[0], sum);
             }
             quarters

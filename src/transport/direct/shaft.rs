@@ -84,6 +84,7 @@ impl Obstacle {
         center.distance(*middle) <= near
             && (u.length() - s.length()).abs() <= near
             && (u.length() - t.length()).abs() <= near
+            && s.dot(*t).abs() <= near * u.length()
             && normal.dot(*u).abs().max(normal.dot(*v).abs()) <= near
     }
 

@@ -100,7 +100,10 @@ impl<'a> Shafts<'a> {
         let normal = floor.normal();
         let is_front = normal.dot(origin.from(floor.center())) > 0.0;
         let Bounds { min, max } = scene.world().bounds();
-        let position = origin.from(DVec3::ZERO);
+        let position = match origin {
+            Origin::At(position) => position,
+            Origin::Towards(_) => DVec3::ZERO,
+        };
         let reach = min.abs().max(max.abs()).max(position.abs()).max_element();
         is_front.then_some(Self {
             scene,

@@ -28,7 +28,7 @@ impl Shafts<'_> {
         if lowest <= near && lean > TOUCHING || self.is_on_wall(tube) {
             return vec![Obstacle::Box(bounds)];
         }
-        if self.is_along(axis) {
+        if self.is_along(tube) {
             // Its wall is seen from the edge, and hides nothing.
             return Vec::new();
         }
@@ -60,11 +60,14 @@ impl Shafts<'_> {
         off.abs() <= near && (-near..=tube.length() + near).contains(&along)
     }
 
-    /// True if the emitter's light is parallel and along an axis.
-    fn is_along(&self, axis: DVec3) -> bool {
+    /// True if the emitter's light is parallel and along a tube's axis: the shadow is no wider than rounding.
+    fn is_along(&self, tube: &Cylinder) -> bool {
         match self.origin {
             Origin::At(_) => false,
-            Origin::Towards(direction) => direction.cross(axis).length() <= f64::EPSILON,
+            Origin::Towards(direction) => {
+                let width = tube.length() * direction.cross(tube.axis()).length();
+                width <= 1e-12 * tube.radius()
+            }
         }
     }
 }

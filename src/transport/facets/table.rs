@@ -258,7 +258,7 @@ impl Facets {
         &self.corners[facet.outline.clone()]
     }
 
-    /// The facets that an edge of a facet is shared with, if by one alone.
+    /// The facets on the other side of a facet's edges. An edge of three facets or more has none.
     #[inline]
     pub fn beside(&self, facet: u32) -> &[u32] {
         &self.neighbours[self.get(facet).beside.clone()]

@@ -3,7 +3,8 @@
 //! The light of a polygon meets facets as if these were drawn on it: each vertex has an image, the place of
 //! the light that meets it. Where facets share all light among them, their images share the polygon. So it is
 //! cut along the images' edges, with nothing left between the parts. A cut along a facet's edges whose rest
-//! waits ([`cut_out`](FacetRefiner::cut_out)) goes on where no edge may be. It makes several times as many.
+//! waits ([`cut_out`](FacetRefiner::cut_out)) goes on where no edge may be. That makes several times as many
+//! polygons.
 
 use glam::{DMat2, DVec2, DVec3};
 
@@ -17,12 +18,16 @@ use crate::transport::first_surface::Source;
 /// Most facets that are looked at for one polygon.
 const MOST_FACETS: usize = 256;
 
-/// Most steps to a vertex's image. Each leaves the part of the error by which the map differs from an affine
-/// one: there are three or four of them for the light of a lamp, one for that of a sun.
+/// Most corners of a facet, and most facets beside it: work grows with their square.
+const MOST_SIDES: usize = 32;
+
+/// Most steps to a vertex's image. A step leaves of the error what is not affine in the map: light of a lamp
+/// takes three or four of them, that of a sun one.
 const MOST_STEPS: u32 = 12;
 
-/// Largest error of a vertex's image, as a part of the first facet's size. Facets about a vertex have the
-/// same image of it, so that nothing is left between them.
+/// Largest error of a vertex's image, as a part of the size of the first facet, or of the part of it that a
+/// polygon was cut from. Facets about a vertex have the same image of it, so that nothing is left between
+/// them.
 const OF_IMAGE: f64 = 1e-12;
 
 /// Rounding of areas, in units of 2⁻⁵² of the outline times its largest coordinate: that of a polygon, and of
@@ -92,11 +97,17 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
         // and be the only light of a texel.
         while let Some(&facet) = asked.get(next) {
             next += 1;
+            if facets.beside(facet).len() > MOST_SIDES {
+                return false;
+            }
             match self.share(polygon, facet, &mut images) {
                 Share::Nothing => continue,
                 Share::Part(part) => {
                     shared += part.area();
                     parts.push((part, facet));
+                    if shared > area + rounding {
+                        return false;
+                    }
                 }
                 Share::Unknown => return false,
             }
@@ -111,7 +122,8 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
                 return false;
             }
         }
-        if (shared - area).abs() > rounding {
+        // Of a needle that rounding decides about, nothing is known.
+        if (shared - area).abs() > rounding || rounding >= area {
             return false;
         }
         for (part, facet) in parts {
@@ -130,7 +142,8 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     ) -> Share<N> {
         let facet = self.paths.facets.get(facet);
         let vertices = self.paths.facets.outline(facet);
-        let Some(map) = AffineMap::of(polygon, facet) else {
+        let Some(map) = AffineMap::of(polygon, facet).filter(|_| vertices.len() <= MOST_SIDES)
+        else {
             return Share::Unknown;
         };
         let mut outline = Vec::with_capacity(vertices.len());
@@ -178,7 +191,8 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     ) -> Option<DVec2> {
         let wanted = facet.coordinates(vertex);
         let mut at = map.map(wanted);
-        let near = OF_IMAGE * polygon.whole.sqrt();
+        let near =
+            (OF_IMAGE * polygon.whole.sqrt()).max(4.0 * f64::EPSILON * at.abs().max_element());
         for _ in 0..MOST_STEPS {
             let light: FacetLight<N> = self.paths.follow(&polygon.chain, at);
             if light.state != polygon.corners[0].state {
@@ -225,10 +239,15 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     }
 }
 
-/// Twice the signed area of a polygon.
+/// Twice the signed area of a polygon, by triangles about its first corner.
 fn turn(outline: &[DVec2]) -> f64 {
-    let next = outline.iter().cycle().skip(1);
-    outline.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum()
+    let Some((first, rest)) = outline.split_first() else {
+        return 0.0;
+    };
+    let pairs = rest.windows(2);
+    pairs
+        .map(|two| (two[0] - *first).perp_dot(two[1] - *first))
+        .sum()
 }
 
 /// What two convex polygons have in common: the first, cut along each edge of the other (Sutherland and
