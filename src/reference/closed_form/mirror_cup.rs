@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec2;
 
-use super::quadrature::{between, parts_of, sign_changes, simpson, simpson_of_smooth, windows};
+use super::quadrature::{parts_of, sign_changes, simpson, simpson_between, windows};
 use super::stretch::Stretch;
 use super::{KnownPath, TexelGrid, TexelRect};
 use crate::numeric::math;
@@ -105,8 +105,7 @@ impl MirrorCup {
             for window in windows(from, to, &near) {
                 let marks = |u: f64| self.marks(&self.line(u), reflections, texel);
                 let kinks = sign_changes(window, parts_of(window, (from, to)), marks);
-                let each = tolerance / (kinks.len() + 1) as f64;
-                flux += between(window, &kinks, |a, b| simpson_of_smooth(a, b, each, &cut));
+                flux += simpson_between(window, &kinks, tolerance, &cut);
             }
         }
         flux * math::powf(self.reflectance, f64::from(reflections)) / texel.area()
@@ -366,8 +365,7 @@ impl MirrorCup {
                 for (from, to) in [(widest, PI), (-PI, -widest)] {
                     for window in windows(from, to, &near) {
                         let kinks = sign_changes(window, parts_of(window, (from, to)), passed);
-                        let each = tolerance / (kinks.len() + 1) as f64;
-                        flux += between(window, &kinks, |a, b| simpson_of_smooth(a, b, each, &cut));
+                        flux += simpson_between(window, &kinks, tolerance, &cut);
                     }
                 }
                 flux

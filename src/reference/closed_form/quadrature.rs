@@ -135,16 +135,19 @@ fn root(
     b
 }
 
-/// The sum of `integral` over the parts that rising places cut an interval into.
-pub(super) fn between(
+/// The integral over an interval of f that has kinks at these rising places alone: each part between two is
+/// allowed its share of the tolerance.
+pub(super) fn simpson_between(
     (from, to): (f64, f64),
-    places: &[f64],
-    integral: impl Fn(f64, f64) -> f64,
+    kinks: &[f64],
+    tolerance: f64,
+    f: &impl Fn(f64) -> f64,
 ) -> f64 {
-    let starts = std::iter::once(from).chain(places.iter().copied());
-    let ends = places.iter().copied().chain(std::iter::once(to));
+    let each = tolerance / (kinks.len() + 1) as f64;
+    let starts = std::iter::once(from).chain(kinks.iter().copied());
+    let ends = kinks.iter().copied().chain(std::iter::once(to));
     let parts = starts.zip(ends).filter(|(a, b)| a < b);
-    parts.map(|(a, b)| integral(a, b)).sum()
+    parts.map(|(a, b)| simpson_of_smooth(a, b, each, f)).sum()
 }
 
 /// Adaptive Simpson quadrature: the error is about `tolerance` for continuous f with kinks.
@@ -160,12 +163,7 @@ pub(super) fn simpson(a: f64, b: f64, tolerance: f64, f: &impl Fn(f64) -> f64) -
 }
 
 /// The same for f without kinks: five values tell whether more are needed.
-pub(super) fn simpson_of_smooth(
-    from: f64,
-    to: f64,
-    tolerance: f64,
-    f: &impl Fn(f64) -> f64,
-) -> f64 {
+fn simpson_of_smooth(from: f64, to: f64, tolerance: f64, f: &impl Fn(f64) -> f64) -> f64 {
     let (start, middle, end) = (f(from), f(f64::midpoint(from, to)), f(to));
     let panel = Panel {
         from,

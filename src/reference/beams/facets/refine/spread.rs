@@ -97,7 +97,8 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
         // and be the only light of a texel.
         while let Some(&facet) = asked.get(next) {
             next += 1;
-            if facets.beside(facet).len() > MOST_SIDES {
+            let corners = facets.outline(facets.get(facet)).len();
+            if corners.max(facets.beside(facet).len()) > MOST_SIDES {
                 return false;
             }
             match self.share(polygon, facet, &mut images) {
@@ -142,23 +143,19 @@ impl<const N: usize> FacetRefiner<'_, '_, '_, N> {
     ) -> Share<N> {
         let facet = self.paths.facets.get(facet);
         let vertices = self.paths.facets.outline(facet);
-        let Some(map) = AffineMap::of(polygon, facet).filter(|_| vertices.len() <= MOST_SIDES)
-        else {
+        let Some(map) = AffineMap::of(polygon, facet) else {
             return Share::Unknown;
         };
         let mut outline = Vec::with_capacity(vertices.len());
         for &vertex in vertices {
-            let known = images.iter().find(|(place, _)| *place == vertex);
-            let image = match known {
-                Some((_, image)) => Some(*image),
-                None => self.image(polygon, facet, vertex, &map),
-            };
-            let Some(image) = image else {
+            if let Some((_, image)) = images.iter().find(|(place, _)| *place == vertex) {
+                outline.push(*image);
+                continue;
+            }
+            let Some(image) = self.image(polygon, facet, vertex, &map) else {
                 return Share::Unknown;
             };
-            if known.is_none() {
-                images.push((vertex, image));
-            }
+            images.push((vertex, image));
             outline.push(image);
         }
         let places: Vec<DVec2> = polygon.corners.iter().map(|light| light.at).collect();
