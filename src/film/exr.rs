@@ -7,20 +7,23 @@ use std::fs::File;
 use std::io::{self, BufWriter, Cursor, Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 
-use ::exr::block::lines::LineRefMut;
-use ::exr::image::write::samples::{SamplesWriter, WritableSamples};
-use ::exr::math::RoundingMode;
-use ::exr::meta::attribute::{LevelMode, SampleType};
+use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
+use ::exr::block::write as write_blocks;
+use ::exr::block::writer::ChunksWriter as _;
+use ::exr::error::{Error::Invalid, UnitResult};
+use ::exr::meta::BlockDescription;
+use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 use ::exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples,
-    Image as ExrImage, Layer, LayerAttributes, LineOrder, MetaData, ReadChannels as _,
-    ReadLayers as _, Text, Vec2, WritableImage as _, read as read_exr,
+    AnyChannels, AttributeValue, ChannelDescription, Compression, FlatSamples, Layer,
+    LayerAttributes, LineOrder, MetaData, ReadChannels as _, ReadLayers as _, Text, Vec2,
+    read as read_exr,
 };
 
 use super::atomic::{self, WriteError};
+use super::exr_blocks;
 use super::image::{Channel, Image, ImageError};
-use super::lazy::{LazyImage, Sample};
+use super::lazy::LazyImage;
 
 /// Prefix of this program's attributes in a file.
 const PREFIX: &str = "nephroid:";
@@ -118,21 +121,13 @@ pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
     write_lazily(path, &LazyImage::from(image))
 }
 
-/// Lines of a block: they are compressed together.
-const LINES: u64 = 16;
-
-/// Memory \[bytes\] in which so many channels are encoded: blocks of `f32` on their way, one more for each
-/// thread and two beside, and of those that are compressed their bytes by significance and the result.
-pub fn encoding_bytes([width, height]: [u64; 2], channels: u64) -> u64 {
-    let threads = std::thread::available_parallelism().map_or(1, |it| it.get() as u64);
-    let blocks = height.div_ceil(LINES);
-    let busy = threads.min(blocks);
-    let block = width * LINES.min(height) * channels * 4;
-    block * ((busy + 2).min(blocks) + 2 * busy)
+/// Memory \[bytes\] in which so many channels are encoded.
+pub fn encoding_bytes(size: [u64; 2], channels: u64) -> u64 {
+    exr_blocks::bytes(size, channels)
 }
 
 /// Writes an image as [`write()`] does, computing its samples block by block. Only the blocks that are being
-/// compressed are in memory.
+/// deflated are in memory.
 ///
 /// # Errors
 ///
@@ -213,49 +208,7 @@ fn text(string: &str) -> Text {
     Text::from_slice_unchecked(string.as_bytes())
 }
 
-/// A channel, for the encoder.
-struct Source<'a>(&'a Sample<'a>);
-
-/// A channel with its width, by which the encoder's places become texels.
-struct Lines<'a> {
-    sample: &'a Sample<'a>,
-    width: usize,
-}
-
-impl<'line> WritableSamples<'line> for Source<'_> {
-    type Writer = Lines<'line>;
-
-    fn sample_type(&self) -> SampleType {
-        SampleType::F32
-    }
-
-    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
-        (LevelMode::Singular, RoundingMode::Down)
-    }
-
-    fn create_samples_writer(&'line self, header: &Header) -> Lines<'line> {
-        Lines {
-            sample: self.0,
-            width: header.layer_size.width(),
-        }
-    }
-}
-
-impl SamplesWriter for Lines<'_> {
-    fn extract_line(&self, line: LineRefMut<'_>) {
-        let place = line.location.position;
-        let start = place.y() * self.width + place.x();
-        // The line has as many bytes as samples of four bytes need: the encoder made it for them.
-        let written = line.write_samples(|at| (self.sample)(start + at));
-        debug_assert!(written.is_ok());
-    }
-}
-
-fn encode(image: &LazyImage, file: &mut BufWriter<&File>) -> ::exr::error::UnitResult {
-    let channels = image
-        .channels
-        .iter()
-        .map(|(name, sample)| AnyChannel::new(text(name), Source(sample)));
+fn encode(image: &LazyImage, file: &mut BufWriter<&File>) -> UnitResult {
     let mut attributes = LayerAttributes::default();
     for (key, value) in &image.metadata {
         let name = text(&format!("{PREFIX}{key}"));
@@ -263,25 +216,38 @@ fn encode(image: &LazyImage, file: &mut BufWriter<&File>) -> ::exr::error::UnitR
             .other
             .insert(name, AttributeValue::Text(text(value)));
     }
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let layer = Layer::new(
-        Vec2(image.width, image.height),
-        attributes,
-        encoding,
-        AnyChannels::sort(channels.collect()),
-    );
-    // Blocks are compressed in parallel; with a line order given, they are written in that order.
-    let image = ExrImage::from_layer(layer);
-    image.write().to_buffered(&mut *file)?;
+    let mut names: Vec<&str> = image.names().collect();
+    names.sort_unstable();
+    let channels = names
+        .into_iter()
+        .map(|name| ChannelDescription::named(text(name), SampleType::F32));
+    let size = Vec2(image.width, image.height);
+    let header = Header::new(Text::default(), size, channels.collect())
+        .with_encoding(
+            Compression::ZIP16,
+            BlockDescription::ScanLines,
+            LineOrder::Increasing,
+        )
+        .with_attributes(attributes);
+    let headers = std::iter::once(header).collect();
+    write_blocks(&mut *file, headers, true, |_, chunks| {
+        exr_blocks::deflate(image, |start, bytes| {
+            let block = CompressedScanLineBlock {
+                y_coordinate: i32::try_from(start).map_err(|_| Invalid("lines".into()))?,
+                compressed_pixels_le: bytes,
+            };
+            let chunk = Chunk {
+                layer_index: 0,
+                compressed_block: CompressedBlock::ScanLine(block),
+            };
+            chunks.write_chunk(start / exr_blocks::LINES, chunk)
+        })
+    })?;
     sort_header(file)
 }
 
 /// Sorts the attributes in the header of a file that was just written.
-fn sort_header(file: &mut BufWriter<&File>) -> ::exr::error::UnitResult {
+fn sort_header(file: &mut BufWriter<&File>) -> UnitResult {
     file.flush()?;
     let mut file: &File = file.get_ref();
     // The header's length is not known: as much as is needed is read.
@@ -295,7 +261,7 @@ fn sort_header(file: &mut BufWriter<&File>) -> ::exr::error::UnitResult {
             break;
         }
         if (bytes.len() as u64) < length {
-            return Err(::exr::error::Error::Invalid("header without an end".into()));
+            return Err(Invalid("header without an end".into()));
         }
         length *= 4;
     }

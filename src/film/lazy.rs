@@ -6,8 +6,15 @@
 use super::Rounding;
 use super::image::{Channel, Image, ImageError, check_names, check_size, rgb_names};
 
-/// A channel's sample in a texel, as it is in the file. It is asked for from several threads.
-pub(super) type Sample<'a> = Box<dyn Fn(usize) -> f32 + Sync + 'a>;
+/// Writes the samples of a texel as they are in the file, one a channel. It is asked for from several threads.
+type WriteSamples<'a> = Box<dyn Fn(usize, &mut [f32]) + Sync + 'a>;
+
+/// Channels whose samples are computed together.
+pub(super) struct LazyQuantity<'a> {
+    /// The names of its channels.
+    pub names: Vec<String>,
+    pub sample: WriteSamples<'a>,
+}
 
 /// An image that is nowhere as a whole.
 pub struct LazyImage<'a> {
@@ -15,7 +22,7 @@ pub struct LazyImage<'a> {
     pub width: usize,
     /// Number of rows.
     pub height: usize,
-    pub(super) channels: Vec<(String, Sample<'a>)>,
+    pub(super) quantities: Vec<LazyQuantity<'a>>,
     pub(super) metadata: Vec<(String, String)>,
 }
 
@@ -25,7 +32,7 @@ impl<'a> LazyImage<'a> {
         Self {
             width,
             height,
-            channels: Vec::new(),
+            quantities: Vec::new(),
             metadata: Vec::new(),
         }
     }
@@ -36,8 +43,12 @@ impl<'a> LazyImage<'a> {
         name: impl Into<String>,
         value: impl Fn(usize) -> f64 + Sync + 'a,
     ) {
-        let sample = move |texel| Rounding::Nearest.apply(value(texel));
-        self.channels.push((name.into(), Box::new(sample)));
+        self.quantities.push(LazyQuantity {
+            names: vec![name.into()],
+            sample: Box::new(move |texel, samples| {
+                samples.fill(Rounding::Nearest.apply(value(texel)));
+            }),
+        });
     }
 
     /// Adds the channels `layer.R`, `layer.G`, `layer.B`, rounded as given; for an empty `layer` just `R`,
@@ -45,13 +56,15 @@ impl<'a> LazyImage<'a> {
     pub fn add_rgb(
         &mut self,
         layer: &str,
-        value: impl Fn(usize) -> [f64; 3] + Copy + Sync + 'a,
+        value: impl Fn(usize) -> [f64; 3] + Sync + 'a,
         rounding: Rounding,
     ) {
-        for (c, name) in rgb_names(layer).enumerate() {
-            let sample = move |texel| rounding.apply(value(texel)[c]);
-            self.channels.push((name, Box::new(sample)));
-        }
+        self.quantities.push(LazyQuantity {
+            names: rgb_names(layer).collect(),
+            sample: Box::new(move |texel, samples| {
+                samples.copy_from_slice(&value(texel).map(|one| rounding.apply(one)));
+            }),
+        });
     }
 
     /// Adds a key and its value.
@@ -59,19 +72,33 @@ impl<'a> LazyImage<'a> {
         self.metadata.push((key.into(), value.into()));
     }
 
+    /// The names of its channels.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        let names = self.quantities.iter().flat_map(|one| &one.names);
+        names.map(String::as_str)
+    }
+
     /// All its samples at once.
     pub fn to_image(&self) -> Image {
         let texels = self.width * self.height;
-        let channels = self.channels.iter().map(|(name, sample)| Channel {
-            name: name.clone(),
-            samples: (0..texels).map(sample).collect(),
-        });
-        Image {
-            width: self.width,
-            height: self.height,
-            channels: channels.collect(),
-            metadata: self.metadata.clone(),
+        let mut image = Image::new(self.width, self.height);
+        image.metadata.clone_from(&self.metadata);
+        for LazyQuantity { names, sample } in &self.quantities {
+            let channels = names.iter().map(|name| Channel {
+                name: name.clone(),
+                samples: Vec::with_capacity(texels),
+            });
+            let mut channels: Vec<Channel> = channels.collect();
+            let mut samples = vec![0.0; names.len()];
+            for texel in 0..texels {
+                sample(texel, &mut samples);
+                for (channel, one) in channels.iter_mut().zip(&samples) {
+                    channel.samples.push(*one);
+                }
+            }
+            image.channels.extend(channels);
         }
+        image
     }
 
     /// Checks that a file can hold this image: see [`Image::check`].
@@ -80,8 +107,8 @@ impl<'a> LazyImage<'a> {
     ///
     /// As there; any number of samples can be had.
     pub(super) fn check(&self) -> Result<(), ImageError> {
-        check_size(self.width, self.height, self.channels.len())?;
-        check_names(self.channels.iter().map(|(name, _)| name.as_str()))?;
+        check_size(self.width, self.height, self.names().count())?;
+        check_names(self.names())?;
         check_names(self.metadata.iter().map(|(key, _)| key.as_str()))
     }
 }
@@ -89,14 +116,14 @@ impl<'a> LazyImage<'a> {
 impl<'a> From<&'a Image> for LazyImage<'a> {
     /// An image that is there; each of its channels must have all samples.
     fn from(image: &'a Image) -> Self {
-        let channels = image.channels.iter().map(|channel| {
-            let sample = |texel: usize| channel.samples[texel];
-            (channel.name.clone(), Box::new(sample) as Sample<'a>)
+        let quantities = image.channels.iter().map(|channel| LazyQuantity {
+            names: vec![channel.name.clone()],
+            sample: Box::new(|texel, samples| samples.fill(channel.samples[texel])),
         });
         Self {
             width: image.width,
             height: image.height,
-            channels: channels.collect(),
+            quantities: quantities.collect(),
             metadata: image.metadata.clone(),
         }
     }

@@ -7,6 +7,7 @@ pub mod atomic;
 pub mod bitmap;
 pub mod coverage;
 pub mod exr;
+mod exr_blocks;
 mod filter;
 mod grid;
 mod image;

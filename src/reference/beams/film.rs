@@ -65,9 +65,6 @@ const LEAST_DRAWN: usize = 1 << 10;
 /// Number of kinds of sums in [`TexelSums`].
 const KINDS: usize = 3;
 
-/// The number of the kind [`TexelSums::misplaced`].
-const MISPLACED: usize = 2;
-
 /// The sums of all texels.
 ///
 /// A faint cell may have an image of many texels. So that its work does not grow with them, there are levels:
@@ -246,69 +243,61 @@ impl<const N: usize> BeamFilm<N> {
         self.all().any(ExactSums::overflowed)
     }
 
-    /// One kind of sum of a texel: its part of the sums of all levels.
-    fn sum_at(&self, [column, row]: [usize; 2], kind: usize) -> f64 {
-        let mut sum = 0.0;
-        for (number, level) in self.levels.iter().enumerate() {
-            let at = [column >> number, row >> number];
-            let index = (at[1] * level.size[0] + at[0]) * KINDS * N + kind;
-            let quanta = level.sums.quanta(index);
-            if quanta != 0 {
-                let texel = LevelTexel { level: number, at };
-                sum += level.sums.value(quanta) / self.texels_within(texel) as f64;
-            }
-        }
-        sum
-    }
-
-    /// [`FilmTexel::misplaced`] of all texels, row by row.
-    fn misplaced(&self) -> Vec<Flux<N>> {
-        // Of all coarser levels.
-        let mut sum = LevelTexels {
+    /// The sums of all texels, row by row, each with its part of those of coarser levels.
+    /// [`misplaced`](FilmTexel::misplaced) flux is that from beside, too.
+    fn sums(&self) -> Vec<TexelSums<N>> {
+        let mut coarser = LevelTexels {
             size: [1, 1],
-            values: vec![Flux::BLACK],
+            values: vec![TexelSums::default()],
         };
         for (number, level) in self.levels.iter().enumerate().rev() {
             let own = LevelTexels {
                 size: level.size,
-                values: (0..level.size[0] * level.size[1])
-                    .map(|index| self.misplaced_at(number, index))
-                    .collect(),
+                values: self.own_sums(number),
             };
             let mut values = Vec::with_capacity(own.values.len());
             for row in 0..level.size[1] {
                 for column in 0..level.size[0] {
-                    values.push(own.most_near([column, row]) + sum.within([column, row]));
+                    let mut sums = own.values[values.len()];
+                    sums.misplaced = own.most_misplaced_near([column, row]);
+                    sums += coarser.values[coarser.holding([column, row])];
+                    values.push(sums);
                 }
             }
-            sum = LevelTexels {
+            coarser = LevelTexels {
                 size: level.size,
                 values,
             };
         }
-        sum.values
+        coarser.values
     }
 
-    /// What cells are likely to misplace of each of the film's texels within a texel of a level.
-    fn misplaced_at(&self, number: usize, index: usize) -> Flux<N> {
+    /// The sums of one level alone, for one of the film's texels within each of its own.
+    fn own_sums(&self, number: usize) -> Vec<TexelSums<N>> {
         let Level { size, sums } = &self.levels[number];
-        let texel = LevelTexel {
-            level: number,
-            at: [index % size[0], index / size[0]],
-        };
-        let kind = (index * KINDS + MISPLACED) * N;
-        Flux(std::array::from_fn(|channel| {
-            match sums.quanta(kind + channel) {
-                0 => 0.0,
-                quanta => sums.value(quanta) / self.texels_within(texel) as f64,
+        let texels = (0..size[0] * size[1]).map(|index| {
+            let kind = |kind: usize| {
+                let first = (index * KINDS + kind) * N;
+                Flux(std::array::from_fn(|channel| {
+                    sums.value(sums.quanta(first + channel))
+                }))
+            };
+            let at = [index % size[0], index / size[0]];
+            let within = self.texels_within(LevelTexel { level: number, at }) as f64;
+            let part = 1.0 / within;
+            TexelSums {
+                flux: kind(0) * part,
+                change: kind(1) * part,
+                misplaced: kind(2) * part,
             }
-        }))
+        });
+        texels.collect()
     }
 
     /// All texels, row by row.
     pub fn texels(&self) -> Vec<FilmTexel<N>> {
         let [width, height] = self.size;
-        let misplaced = self.misplaced();
+        let sums = self.sums();
         let mut texels = Vec::with_capacity(width * height);
         // Sums of the uncertain flux in the row above, N + 1 a column; the last of them is the spread.
         let mut above = vec![0_i64; width * (N + 1)];
@@ -323,16 +312,16 @@ impl<const N: usize> BeamFilm<N> {
                         before[kind].wrapping_add(self.uncertain_steps.quanta(at + kind));
                     above[kind] = above[kind].wrapping_add(before[kind]);
                 }
-                let kind = |kind: usize| {
-                    Flux(std::array::from_fn(|channel| {
-                        self.sum_at([column, row], kind * N + channel)
-                    }))
-                };
+                let TexelSums {
+                    flux,
+                    change,
+                    misplaced,
+                } = sums[row * width + column];
                 let uncertain = |kind: usize| self.uncertain_steps.value(above[kind]);
                 texels.push(FilmTexel {
-                    flux: kind(0),
-                    change: kind(1),
-                    misplaced: misplaced[row * width + column],
+                    flux,
+                    change,
+                    misplaced,
                     uncertain: Flux(std::array::from_fn(uncertain)),
                     spread: uncertain(N),
                 });
@@ -348,30 +337,30 @@ pub fn three_near(at: usize, end: usize) -> Range<usize> {
     first..(first + 3).min(end)
 }
 
-/// Values of a level's texels, row by row.
+/// Sums of a level's texels, row by row.
 struct LevelTexels<const N: usize> {
     size: [usize; 2],
-    values: Vec<Flux<N>>,
+    values: Vec<TexelSums<N>>,
 }
 
 impl<const N: usize> LevelTexels<N> {
-    /// The largest of 3 x 3, channel by channel.
-    fn most_near(&self, [column, row]: [usize; 2]) -> Flux<N> {
+    /// The most misplaced flux of 3 x 3, channel by channel.
+    fn most_misplaced_near(&self, [column, row]: [usize; 2]) -> Flux<N> {
         let [width, height] = self.size;
         let mut most = Flux::BLACK;
         for y in three_near(row, height) {
-            for value in &self.values[y * width..][three_near(column, width)] {
-                most = most.larger(*value);
+            for one in &self.values[y * width..][three_near(column, width)] {
+                most = most.larger(one.misplaced);
             }
         }
         most
     }
 
-    /// The value of the texel that a texel of the next finer level is in.
-    fn within(&self, at: [usize; 2]) -> Flux<N> {
+    /// The number of the texel that holds one of the next finer level.
+    fn holding(&self, at: [usize; 2]) -> usize {
         // All is in the one texel that stands for no coarser level.
         let [column, row] = [0, 1].map(|axis| (at[axis] / 2).min(self.size[axis] - 1));
-        self.values[row * self.size[0] + column]
+        row * self.size[0] + column
     }
 }
 
