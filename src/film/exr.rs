@@ -25,6 +25,8 @@ use super::exr_blocks;
 use super::image::{Channel, Image, ImageError};
 use super::lazy::LazyImage;
 
+pub use super::exr_blocks::encoding_bytes;
+
 /// Prefix of this program's attributes in a file.
 const PREFIX: &str = "nephroid:";
 
@@ -121,11 +123,6 @@ pub fn write(path: &Path, image: &Image) -> Result<(), ExrWriteError> {
     write_lazily(path, &LazyImage::from(image))
 }
 
-/// Memory \[bytes\] in which so many channels are encoded.
-pub fn encoding_bytes(size: [u64; 2], channels: u64) -> u64 {
-    exr_blocks::bytes(size, channels)
-}
-
 /// Writes an image as [`write()`] does, computing its samples block by block. Only the blocks that are being
 /// deflated are in memory.
 ///
@@ -216,11 +213,9 @@ fn encode(image: &LazyImage, file: &mut BufWriter<&File>) -> UnitResult {
             .other
             .insert(name, AttributeValue::Text(text(value)));
     }
-    let mut names: Vec<&str> = image.names().collect();
-    names.sort_unstable();
-    let channels = names
-        .into_iter()
-        .map(|name| ChannelDescription::named(text(name), SampleType::F32));
+    let names: Vec<&str> = image.names().collect();
+    let sorted = image.order().into_iter().map(|channel| names[channel]);
+    let channels = sorted.map(|name| ChannelDescription::named(text(name), SampleType::F32));
     let size = Vec2(image.width, image.height);
     let header = Header::new(Text::default(), size, channels.collect())
         .with_encoding(
@@ -233,7 +228,8 @@ fn encode(image: &LazyImage, file: &mut BufWriter<&File>) -> UnitResult {
     write_blocks(&mut *file, headers, true, |_, chunks| {
         exr_blocks::deflate(image, |start, bytes| {
             let block = CompressedScanLineBlock {
-                y_coordinate: i32::try_from(start).map_err(|_| Invalid("lines".into()))?,
+                y_coordinate: i32::try_from(start)
+                    .map_err(|_| Invalid("a line beyond 2³¹".into()))?,
                 compressed_pixels_le: bytes,
             };
             let chunk = Chunk {

@@ -1,16 +1,17 @@
 //! Blocks of lines of an `OpenEXR` file, deflated.
 //!
-//! A block holds its lines one after the other, and of each line all channels in the order of their names. Its
-//! bytes of even places come before those of odd places, and each is stored as the difference to the one before,
-//! plus 128 ("Technical Introduction to `OpenEXR`", ZIP compression). That is where neighbours are alike. A block
-//! that deflating would not make smaller is stored as it is.
+//! A block holds its lines one after the other, and of each line all channels in the order of their names.
+//! Its bytes of even places come before those of odd places. Each is stored as the difference to the one
+//! before, plus 128 (`OpenEXR`'s "ZIP" compression). That is where neighbours are alike. A block that
+//! deflating does not make smaller is stored as it is.
 
 use std::io::{self, Write as _};
+use std::num::NonZero;
 use std::ops::Range;
+use std::thread;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use rayon::prelude::*;
 
 use super::lazy::LazyImage;
 
@@ -20,58 +21,66 @@ pub(super) const LINES: usize = 16;
 /// Level of deflate. From 4 to 6, files of beams become smaller by some thousandths.
 const LEVEL: u32 = 4;
 
-/// Copies of a block \[blocks\] that a thread holds: its samples, these in the order for deflating, and the result.
+/// Copies of a block that a thread holds: its samples, these in the order for deflating, and the result.
 const COPIES: u64 = 3;
 
+/// Memory \[bytes\] of a thread's deflation, and more.
+const DEFLATING: u64 = 1 << 19;
+
 /// Memory \[bytes\] in which so many channels of `f32` are encoded.
-pub(super) fn bytes([width, height]: [u64; 2], channels: u64) -> u64 {
+pub fn encoding_bytes([width, height]: [u64; 2], channels: u64) -> u64 {
     let lines = LINES as u64;
-    let busy = (rayon::current_num_threads() as u64).min(height.div_ceil(lines));
-    width * lines.min(height) * channels * 4 * COPIES * busy
+    let busy = (threads() as u64).min(height.div_ceil(lines));
+    let block = width * lines.min(height) * channels * 4;
+    (block * COPIES + DEFLATING) * busy
 }
 
-/// Writes all blocks of an image in the order of their lines, each with the number of its first line. The samples of
-/// a few are in memory at a time: as many as there are threads.
+/// Number of threads that deflate. They are the encoder's own: a pool of the process would be left to its
+/// forks, without its threads.
+fn threads() -> usize {
+    thread::available_parallelism().map_or(1, NonZero::get)
+}
+
+/// Writes all blocks of an image in the order of their lines, each with the number of its first line. A block
+/// for each thread is in memory at a time.
 ///
 /// # Errors
 ///
-/// As `write`.
-pub(super) fn deflate<E>(
+/// As `write`, and if the system has no threads.
+pub(super) fn deflate<E: From<io::Error>>(
     image: &LazyImage,
     mut write: impl FnMut(usize, Vec<u8>) -> Result<(), E>,
-) -> Result<(), E>
-where
-    E: From<io::Error> + Send,
-{
-    let places = places(image);
+) -> Result<(), E> {
+    let places = places(&image.order());
     let starts: Vec<usize> = (0..image.height).step_by(LINES).collect();
-    for some in starts.chunks(rayon::current_num_threads()) {
-        let deflated = some.par_iter().map(|start| {
-            let lines = *start..(start + LINES).min(image.height);
-            let block = block(image, &places, lines);
-            let deflated = zipped(&in_two_halves(&block))?;
-            Ok(if deflated.len() < block.len() {
-                deflated
-            } else {
-                block
-            })
+    for some in starts.chunks(threads()) {
+        let blocks: io::Result<Vec<Vec<u8>>> = thread::scope(|scope| {
+            let deflated = some.iter().map(|start| {
+                let lines = *start..(start + LINES).min(image.height);
+                let work = || smaller(block(image, &places, lines));
+                thread::Builder::new().spawn_scoped(scope, work)
+            });
+            let deflated: Vec<_> = deflated.collect::<io::Result<_>>()?;
+            deflated
+                .into_iter()
+                .map(|one| {
+                    one.join()
+                        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+                })
+                .collect()
         });
-        let deflated: Result<Vec<Vec<u8>>, io::Error> = deflated.collect();
-        for (start, bytes) in some.iter().zip(deflated?) {
+        for (start, bytes) in some.iter().zip(blocks?) {
             write(*start, bytes)?;
         }
     }
     Ok(())
 }
 
-/// The place of each channel in a line.
-fn places(image: &LazyImage) -> Vec<usize> {
-    let names: Vec<&str> = image.names().collect();
-    let mut sorted: Vec<usize> = (0..names.len()).collect();
-    sorted.sort_by_key(|channel| names[*channel]);
-    let mut places = vec![0; names.len()];
-    for (place, channel) in sorted.into_iter().enumerate() {
-        places[channel] = place;
+/// The place of each channel in a line, by the order of channels.
+fn places(order: &[usize]) -> Vec<usize> {
+    let mut places = vec![0; order.len()];
+    for (place, channel) in order.iter().enumerate() {
+        places[*channel] = place;
     }
     places
 }
@@ -87,7 +96,7 @@ fn block(image: &LazyImage, places: &[usize], lines: Range<usize>) -> Vec<u8> {
         let mut samples = vec![0.0_f32; places.len()];
         for (row, number) in lines.clone().enumerate() {
             for column in 0..image.width {
-                (quantity.sample)(number * image.width + column, &mut samples);
+                (quantity.write_samples)(number * image.width + column, &mut samples);
                 for (place, sample) in places.iter().zip(&samples) {
                     let at = size_of::<f32>() * (row * line + place * image.width + column);
                     bytes[at..][..size_of::<f32>()].copy_from_slice(&sample.to_le_bytes());
@@ -96,6 +105,20 @@ fn block(image: &LazyImage, places: &[usize], lines: Range<usize>) -> Vec<u8> {
         }
     }
     bytes
+}
+
+/// A block deflated, or as it is if it is no longer then. Readers take one of its own length as it is.
+fn smaller(block: Vec<u8>) -> io::Result<Vec<u8>> {
+    // What cannot be deflated grows by a few bytes in 16,384.
+    let most = block.len() + block.len() / 1024 + 64;
+    let mut encoder = ZlibEncoder::new(Vec::with_capacity(most), Compression::new(LEVEL));
+    encoder.write_all(&in_two_halves(&block))?;
+    let deflated = encoder.finish()?;
+    Ok(if deflated.len() < block.len() {
+        deflated
+    } else {
+        block
+    })
 }
 
 /// The differences of bytes at even places, and then of those at odd places.
@@ -110,15 +133,30 @@ fn in_two_halves(block: &[u8]) -> Vec<u8> {
     even.chain(odd).map(difference).collect()
 }
 
-fn zipped(bytes: &[u8]) -> Result<Vec<u8>, io::Error> {
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(LEVEL));
-    encoder.write_all(bytes)?;
-    encoder.finish()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn blocks(image: &LazyImage) -> Vec<(usize, Vec<u8>)> {
+        let mut blocks = Vec::new();
+        deflate(image, |start, bytes| -> io::Result<()> {
+            blocks.push((start, bytes));
+            Ok(())
+        })
+        .unwrap();
+        blocks
+    }
+
+    /// Bytes without any pattern, that a hash makes of their place.
+    fn noise(place: usize) -> u8 {
+        let mut bits = place as u32;
+        for _ in 0..2 {
+            bits = (bits ^ (bits >> 15))
+                .wrapping_add(1)
+                .wrapping_mul(0x85eb_ca6b);
+        }
+        (bits >> 24) as u8
+    }
 
     #[test]
     fn bytes_of_each_significance_are_stored_as_differences() {
@@ -128,21 +166,35 @@ mod tests {
 
     #[test]
     fn noise_is_stored_as_it_is() {
-        let mut image = LazyImage::new(8, 3);
-        // Bits without any pattern: 24 numbers that a hash makes of their place.
-        let noise = |texel: usize| (texel as u32 + 1).wrapping_mul(0x9e37_79b9);
-        image.add_scalar("noise", move |texel| {
-            f64::from(f32::from_bits(noise(texel) & 0x7f7f_ffff))
-        });
-        let mut blocks = Vec::new();
-        deflate(&image, |start, bytes| -> Result<(), io::Error> {
-            blocks.push((start, bytes));
-            Ok(())
-        })
-        .unwrap();
-        let expected: Vec<u8> = (0..24)
-            .flat_map(|texel| (noise(texel) & 0x7f7f_ffff).to_le_bytes())
+        let block: Vec<u8> = (0..1024).map(noise).collect();
+        assert_eq!(smaller(block.clone()).unwrap(), block);
+    }
+
+    #[test]
+    fn a_block_is_never_as_long_as_its_samples_if_it_is_deflated() {
+        // More and more zeros after noise: at some length deflating begins to pay.
+        let mut lengths = Vec::new();
+        for zeros in 0..128 {
+            let block: Vec<u8> = (0..256).map(noise).chain(vec![0; zeros]).collect();
+            let stored = smaller(block.clone()).unwrap();
+            assert!(stored == block || stored.len() < block.len());
+            lengths.push(block.len() - stored.len());
+        }
+        assert!(lengths.contains(&0) && lengths.contains(&1), "{lengths:?}");
+    }
+
+    #[test]
+    fn a_block_begins_every_sixteen_lines_and_the_last_one_is_shorter() {
+        let mut image = LazyImage::new(3, 35);
+        image.add_scalar("row", |texel| (texel / 3) as f64);
+        let starts: Vec<usize> = blocks(&image).iter().map(|(start, _)| *start).collect();
+        assert_eq!(starts, [0, 16, 32]);
+        let (_, last) = blocks(&image).pop().unwrap();
+        let rows: Vec<u8> = [32.0_f32, 33.0, 34.0]
+            .into_iter()
+            .flat_map(|row| [row; 3])
+            .flat_map(f32::to_le_bytes)
             .collect();
-        assert_eq!(blocks, [(0, expected)]);
+        assert_eq!(last, smaller(rows).unwrap());
     }
 }

@@ -6,14 +6,14 @@
 use super::Rounding;
 use super::image::{Channel, Image, ImageError, check_names, check_size, rgb_names};
 
-/// Writes the samples of a texel as they are in the file, one a channel. It is asked for from several threads.
+/// Writes the samples of a texel as they are in the file, one a channel. Several threads ask for it.
 type WriteSamples<'a> = Box<dyn Fn(usize, &mut [f32]) + Sync + 'a>;
 
 /// Channels whose samples are computed together.
 pub(super) struct LazyQuantity<'a> {
     /// The names of its channels.
     pub names: Vec<String>,
-    pub sample: WriteSamples<'a>,
+    pub write_samples: WriteSamples<'a>,
 }
 
 /// An image that is nowhere as a whole.
@@ -45,7 +45,7 @@ impl<'a> LazyImage<'a> {
     ) {
         self.quantities.push(LazyQuantity {
             names: vec![name.into()],
-            sample: Box::new(move |texel, samples| {
+            write_samples: Box::new(move |texel, samples| {
                 samples.fill(Rounding::Nearest.apply(value(texel)));
             }),
         });
@@ -61,7 +61,7 @@ impl<'a> LazyImage<'a> {
     ) {
         self.quantities.push(LazyQuantity {
             names: rgb_names(layer).collect(),
-            sample: Box::new(move |texel, samples| {
+            write_samples: Box::new(move |texel, samples| {
                 samples.copy_from_slice(&value(texel).map(|one| rounding.apply(one)));
             }),
         });
@@ -78,12 +78,24 @@ impl<'a> LazyImage<'a> {
         names.map(String::as_str)
     }
 
+    /// The numbers of its channels in the order of their names, as a file has them.
+    pub(super) fn order(&self) -> Vec<usize> {
+        let names: Vec<&str> = self.names().collect();
+        let mut order: Vec<usize> = (0..names.len()).collect();
+        order.sort_by_key(|channel| names[*channel]);
+        order
+    }
+
     /// All its samples at once.
     pub fn to_image(&self) -> Image {
         let texels = self.width * self.height;
         let mut image = Image::new(self.width, self.height);
         image.metadata.clone_from(&self.metadata);
-        for LazyQuantity { names, sample } in &self.quantities {
+        for LazyQuantity {
+            names,
+            write_samples,
+        } in &self.quantities
+        {
             let channels = names.iter().map(|name| Channel {
                 name: name.clone(),
                 samples: Vec::with_capacity(texels),
@@ -91,7 +103,7 @@ impl<'a> LazyImage<'a> {
             let mut channels: Vec<Channel> = channels.collect();
             let mut samples = vec![0.0; names.len()];
             for texel in 0..texels {
-                sample(texel, &mut samples);
+                write_samples(texel, &mut samples);
                 for (channel, one) in channels.iter_mut().zip(&samples) {
                     channel.samples.push(*one);
                 }
@@ -118,7 +130,7 @@ impl<'a> From<&'a Image> for LazyImage<'a> {
     fn from(image: &'a Image) -> Self {
         let quantities = image.channels.iter().map(|channel| LazyQuantity {
             names: vec![channel.name.clone()],
-            sample: Box::new(|texel, samples| samples.fill(channel.samples[texel])),
+            write_samples: Box::new(|texel, samples| samples.fill(channel.samples[texel])),
         });
         Self {
             width: image.width,

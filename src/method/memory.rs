@@ -100,11 +100,9 @@ const RECYCLED: u64 = 32 << 20;
 /// Beams on a film of so many texels. So many films of signatures are filled together.
 pub(super) fn beams(channels: u64, layers: Layers, texels: u64, together: u64) -> u64 {
     // One signature's exact sums (three kinds by channel, and on coarser levels a third as many) and
-    // uncertain flux (channels and spread), see `BeamFilm`; read as `Texel`s, from which `BoundedFlux` comes
-    // and then its `Sums`.
+    // uncertain flux (channels and spread), see `BeamFilm`; read as `FilmTexel`s, from which its `Sums` come.
     let film = 8 * (4 * channels) + 8 * (channels + 1);
-    let bounded = 8 * (2 * channels + 1);
-    let reading = bounded + SUMS.max(8 * (4 * channels + 1));
+    let reading = 8 * (4 * channels + 2) + SUMS;
     // A layer stays until it is made anew. That of the others is the sum of its signatures: of it there are
     // the last pass's sums, and the sum so far beside the next signature's. Direct light.
     let tracing =

@@ -15,7 +15,7 @@ use nephroid::internals::reference::closed_form::{
     FlatFacets, KnownPath, ParallelLight, TexelGrid,
 };
 use nephroid::internals::run::Budget;
-use nephroid::internals::run::{LayerName, Progress};
+use nephroid::internals::run::{Estimate, LayerName, Progress};
 use nephroid::internals::scene::{Crop, Scene, SensorKind};
 use nephroid::internals::transport::facets::path::{FacetChain, FacetLight, FacetPaths};
 use nephroid::internals::transport::facets::table::Facets;
@@ -24,6 +24,7 @@ use nephroid::internals::transport::receiver::Receiver;
 use nephroid::internals::transport::scatter::ShadingNormals;
 use nephroid::internals::transport::signature::{Event, MAX_EVENTS, Signature};
 
+use crate::support::Photons;
 use crate::support::beams::beams_to;
 use crate::support::scenes::over_floor;
 
@@ -277,4 +278,102 @@ fn light_from_a_facet_is_divided_by_the_edges_of_those_that_it_meets_alone() {
             "{through} of {lit}"
         );
     }
+}
+
+/// Height above the floor, and size, of a block with a slit.
+const BLOCK: [f64; 2] = [0.1, 0.5];
+
+/// Length of the block along y, in its units: light that enters by one end does not get to the other.
+const LENGTH: f64 = 1.2;
+
+/// A glass block. A slit goes up into it from below, aslant: it hides a part of the lower
+/// side from light from above, and the wall that hides it mirrors all of that light. Places are (x, z).
+const OUTLINE: [[f64; 2]; 7] = [
+    [-1.0, 0.0],
+    [-0.05, 0.0],
+    [-0.3, 0.6],
+    [0.0464, 0.0],
+    [0.35, 0.0],
+    [0.35, 1.0],
+    [-1.0, 1.0],
+];
+
+fn block_with_a_slit() -> MeshParts {
+    let [height, size] = BLOCK;
+    let along = |y: f64| OUTLINE.map(|[x, z]| DVec3::new(x, y, z) * size + DVec3::Z * height);
+    let ends = [[0, 1, 2], [0, 2, 6], [2, 5, 6], [2, 3, 5], [3, 4, 5]];
+    let count = OUTLINE.len() as u32;
+    let other_end = ends.map(|[a, b, c]| [a + count, c + count, b + count]);
+    let sides = (0..count).flat_map(|corner| {
+        let next = (corner + 1) % count;
+        [
+            [corner, corner + count, next + count],
+            [corner, next + count, next],
+        ]
+    });
+    MeshParts {
+        positions: along(-0.5 * LENGTH)
+            .into_iter()
+            .chain(along(0.5 * LENGTH))
+            .collect(),
+        triangles: ends.into_iter().chain(other_end).chain(sides).collect(),
+        face_normals: true,
+        ..MeshParts::default()
+    }
+}
+
+/// Facets that hide others share more than all light of a polygon with them, or less than all with those that
+/// are seen.
+#[test]
+fn facets_that_hide_others_take_their_light_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("block.ply");
+    let mut bytes = Vec::new();
+    write_ply(&block_with_a_slit(), "a block with a slit", &mut bytes).unwrap();
+    std::fs::write(&file, bytes).unwrap();
+    let [x, y] = [0.05, 0.1];
+    let things = format!(
+        r#"<emitter type="directional"><vector name="direction" x="{x}" y="{y}" z="-1"/>
+        <rgb name="irradiance" value="1"/></emitter>
+        <shape type="ply"><string name="filename" value="{}"/>
+        <boolean name="face_normals" value="true"/><ref id="glass"/></shape>"#,
+        file.display()
+    );
+    let scene = over_floor(folder.path(), &things, 64);
+    let (estimate, _) = beams_to(3, &scene, 1e-3);
+    let photons = Photons::new(1 << 18).estimate(&scene);
+    let flux = |estimate: &Estimate, name: &str| {
+        let signature: Signature = name.parse().unwrap();
+        estimate.ledger.rows[&signature].received.mean()
+    };
+
+    // Of a slab: what the sun sends to the parts of the lower side that neither the slit nor an end hides.
+    let tilt = f64::hypot(x, y);
+    let (cos, sin) = (1.0 / f64::hypot(1.0, tilt), tilt / f64::hypot(1.0, tilt));
+    let cos_within = (1.0 - (sin / 1.5) * (sin / 1.5)).sqrt();
+    let slope = sin / 1.5 / cos_within / tilt;
+    let across = (cos - 1.5 * cos_within) / (cos + 1.5 * cos_within);
+    let along = (1.5 * cos - cos_within) / (1.5 * cos + cos_within);
+    let passed = 1.0 - 0.5 * (across * across + along * along);
+    let [tip, mouth, right] = [2, 3, 4].map(|corner: usize| OUTLINE[corner]);
+    let beside_the_slit =
+        (tip[0] + x * slope * tip[1]) - (OUTLINE[0][0] + x * slope) + (right[0] - mouth[0]);
+    let expected =
+        cos * passed * passed * beside_the_slit * (LENGTH - y * slope) * BLOCK[1] * BLOCK[1];
+    // Light gets into the slit by its end, too, and through its lower wall: no more than falls on that end.
+    let opening = 0.5 * (mouth[0] - OUTLINE[1][0]) * tip[1] * BLOCK[1] * BLOCK[1];
+    let most = expected + opening * y * cos;
+    let found = flux(&estimate, "LTTD");
+    // A file's places are rounded to 2⁻²⁵ of themselves: a dozen of them, in lengths of a third and more.
+    assert!(
+        (expected * (1.0 - 1e-6)..most).contains(&found),
+        "{found} is not in {expected}..{most}"
+    );
+
+    // Of photons, 2¹⁸ fall on the block and its surroundings, and a tenth of them goes this way: 0.6 %.
+    let (found, expected) = (flux(&estimate, "LTRTD"), flux(&photons, "LTRTD"));
+    assert!(
+        (found / expected - 1.0).abs() < 0.03,
+        "{found} is not {expected}"
+    );
 }

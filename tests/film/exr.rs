@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nephroid::internals::film::exr;
 use nephroid::internals::film::exr::ExrWriteError;
-use nephroid::internals::film::{Image, ImageError, atomic};
+use nephroid::internals::film::{Image, ImageError, LazyImage, Rounding, atomic};
 
 /// An image of awkward numbers, its channels and keys in no order.
 fn awkward() -> Image {
@@ -62,6 +62,52 @@ fn what_was_written_is_read_bit_by_bit() {
     }
     assert_eq!(got, expected);
     assert_eq!(got.metadata("unit"), Some("W/m²"));
+}
+
+#[test]
+fn channels_computed_while_they_are_written_are_those_of_the_whole_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lazy.exr");
+    let value = |texel: usize| ((texel * 7919) % 1009) as f64 / 17.0;
+    let rgb = |texel: usize| [value(texel), -value(texel + 1), value(texel + 2)];
+    let mut image = LazyImage::new(19, 18);
+    // In a file they are A, E, E.hi and count: no channel is where it was added.
+    image.add_rgb("E.hi", rgb, Rounding::Up);
+    image.add_scalar("count", |texel| texel as f64);
+    image.add_rgb("E", rgb, Rounding::Nearest);
+    image.add_rgb("A", rgb, Rounding::Down);
+    exr::write_lazily(&path, &image).unwrap();
+    let read = exr::read(&path).unwrap();
+    assert_eq!(read, sorted(image.to_image()));
+    for texel in 0..19 * 18 {
+        let sample = |name: &str| read.channel(name).unwrap().samples[texel];
+        assert_eq!(sample("count"), texel as f32);
+        for (channel, exact) in ["R", "G", "B"].into_iter().zip(rgb(texel)) {
+            let of = |layer: &str| sample(&format!("{layer}.{channel}"));
+            assert_eq!(of("E"), exact as f32);
+            assert!(f64::from(of("A")) <= exact && exact <= f64::from(of("E.hi")));
+            assert!(of("A").next_up().next_up() > of("E.hi"));
+        }
+    }
+}
+
+/// Readers that divide by sixteen do not notice a wrong line.
+#[test]
+fn each_block_of_a_file_says_its_first_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("awkward.exr");
+    exr::write(&path, &awkward()).unwrap();
+    let bytes = std::fs::read(path).unwrap();
+    let offset = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+    // The header ends with a table of three blocks, the first of which follows it.
+    let table = (0..bytes.len() - 8)
+        .find(|at| offset(*at) == at + 24)
+        .unwrap();
+    let lines = [0, 1, 2].map(|block| {
+        let at = offset(table + 8 * block);
+        i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
+    });
+    assert_eq!(lines, [0, 16, 32]);
 }
 
 #[test]

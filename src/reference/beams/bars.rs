@@ -50,7 +50,7 @@ pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> Sums {
             let likely = own.change.max_magnitude() * LIKELY + own.spread.abs() * LIKELY_UNCERTAIN;
             result.flux[index] = own.flux.rgb();
             result.bar[index] = bar.rgb();
-            result.variance[index] = likely * likely;
+            result.variance[index] = likely * likely + own.uneven;
         }
     }
     result

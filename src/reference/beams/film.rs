@@ -42,6 +42,9 @@ pub struct FilmTexel<const N: usize> {
     /// on any one of n texels counts as its part 1/√n on each. The sum of squares over texels is then that of
     /// one. Independent parts come with a [`Sign`] each: only its mean square over texels tells something.
     pub spread: f64,
+    /// The likely square \[W²\] of what light on coarser texels is off because it counts as spread evenly
+    /// within them, worst channel.
+    pub uneven: f64,
 }
 
 /// The sign of uncertain flux in its [spread](FilmTexel::spread).
@@ -243,90 +246,106 @@ impl<const N: usize> BeamFilm<N> {
         self.all().any(ExactSums::overflowed)
     }
 
-    /// The sums of all texels, row by row, each with its part of those of coarser levels.
-    /// [`misplaced`](FilmTexel::misplaced) flux is that from beside, too.
-    fn sums(&self) -> Vec<TexelSums<N>> {
-        let mut coarser = LevelTexels {
-            size: [1, 1],
-            values: vec![TexelSums::default()],
+    /// Gives the sums of a level's texels, row by row, each with its part of those of `coarser` levels.
+    /// [Misplaced](FilmTexel::misplaced) flux is that from beside, too. Their [unevenness](FilmTexel::uneven)
+    /// comes with them.
+    fn sums(
+        &self,
+        number: usize,
+        coarser: &LevelTexels<N>,
+        mut take: impl FnMut([usize; 2], TexelSums<N>, f64),
+    ) {
+        let [width, height] = self.levels[number].size;
+        let own = |of: fn(TexelSums<N>) -> Flux<N>| -> Vec<Flux<N>> {
+            let texels = 0..width * height;
+            texels
+                .map(|index| of(self.own_sums(number, index)))
+                .collect()
         };
-        for (number, level) in self.levels.iter().enumerate().rev() {
-            let own = LevelTexels {
-                size: level.size,
-                values: self.own_sums(number),
-            };
-            let mut values = Vec::with_capacity(own.values.len());
-            for row in 0..level.size[1] {
-                for column in 0..level.size[0] {
-                    let mut sums = own.values[values.len()];
-                    sums.misplaced = own.most_misplaced_near([column, row]);
-                    sums += coarser.values[coarser.holding([column, row])];
-                    values.push(sums);
+        let misplaced = own(|sums| sums.misplaced);
+        // The film's own texels are what is asked for.
+        let spread_evenly = (number > 0).then(|| LevelFlux {
+            size: [width, height],
+            flux: own(|sums| sums.flux),
+        });
+        for row in 0..height {
+            for column in 0..width {
+                let mut sums = self.own_sums(number, row * width + column);
+                for y in three_near(row, height) {
+                    for one in &misplaced[y * width..][three_near(column, width)] {
+                        sums.misplaced = sums.misplaced.larger(*one);
+                    }
                 }
+                let (of_coarser, uneven) = coarser.holding([column, row]);
+                sums += of_coarser;
+                let own = spread_evenly.as_ref();
+                let own = own.map_or(0.0, |flux| flux.uneven([column, row]));
+                take([column, row], sums, uneven + own);
             }
-            coarser = LevelTexels {
-                size: level.size,
-                values,
-            };
         }
-        coarser.values
     }
 
-    /// The sums of one level alone, for one of the film's texels within each of its own.
-    fn own_sums(&self, number: usize) -> Vec<TexelSums<N>> {
+    /// The sums of a texel of a level alone, for each of the film's texels within.
+    fn own_sums(&self, number: usize, index: usize) -> TexelSums<N> {
         let Level { size, sums } = &self.levels[number];
-        let texels = (0..size[0] * size[1]).map(|index| {
-            let kind = |kind: usize| {
-                let first = (index * KINDS + kind) * N;
-                Flux(std::array::from_fn(|channel| {
-                    sums.value(sums.quanta(first + channel))
-                }))
-            };
-            let at = [index % size[0], index / size[0]];
-            let within = self.texels_within(LevelTexel { level: number, at }) as f64;
-            let part = 1.0 / within;
-            TexelSums {
-                flux: kind(0) * part,
-                change: kind(1) * part,
-                misplaced: kind(2) * part,
-            }
-        });
-        texels.collect()
+        let at = [index % size[0], index / size[0]];
+        let within = self.texels_within(LevelTexel { level: number, at }) as f64;
+        let kind = |kind: usize| {
+            let first = (index * KINDS + kind) * N;
+            let part = |channel: usize| sums.value(sums.quanta(first + channel)) / within;
+            Flux(std::array::from_fn(part))
+        };
+        TexelSums {
+            flux: kind(0),
+            change: kind(1),
+            misplaced: kind(2),
+        }
+    }
+
+    /// The sums of all levels but that of the film's texels, for each of these.
+    fn coarser(&self) -> LevelTexels<N> {
+        let none = LevelTexels {
+            size: [1, 1],
+            values: vec![(TexelSums::default(), 0.0)],
+        };
+        (1..self.levels.len()).rev().fold(none, |coarser, number| {
+            let size = self.levels[number].size;
+            let mut values = Vec::with_capacity(size[0] * size[1]);
+            self.sums(number, &coarser, |_, sums, uneven| {
+                values.push((sums, uneven));
+            });
+            LevelTexels { size, values }
+        })
     }
 
     /// All texels, row by row.
     pub fn texels(&self) -> Vec<FilmTexel<N>> {
         let [width, height] = self.size;
-        let sums = self.sums();
         let mut texels = Vec::with_capacity(width * height);
         // Sums of the uncertain flux in the row above, N + 1 a column; the last of them is the spread.
         let mut above = vec![0_i64; width * (N + 1)];
         let mut before = vec![0_i64; N + 1];
-        for row in 0..height {
-            before.fill(0);
-            for (column, above) in above.chunks_exact_mut(N + 1).enumerate() {
-                let at = (row * (width + 1) + column) * (N + 1);
-                for kind in 0..=N {
-                    // Sums of integers are exact, whatever the terms between wrap round to.
-                    before[kind] =
-                        before[kind].wrapping_add(self.uncertain_steps.quanta(at + kind));
-                    above[kind] = above[kind].wrapping_add(before[kind]);
-                }
-                let TexelSums {
-                    flux,
-                    change,
-                    misplaced,
-                } = sums[row * width + column];
-                let uncertain = |kind: usize| self.uncertain_steps.value(above[kind]);
-                texels.push(FilmTexel {
-                    flux,
-                    change,
-                    misplaced,
-                    uncertain: Flux(std::array::from_fn(uncertain)),
-                    spread: uncertain(N),
-                });
+        self.sums(0, &self.coarser(), |[column, row], sums, uneven| {
+            if column == 0 {
+                before.fill(0);
             }
-        }
+            let above = &mut above[column * (N + 1)..][..=N];
+            let at = (row * (width + 1) + column) * (N + 1);
+            for kind in 0..=N {
+                // Sums of integers are exact, whatever the terms between wrap round to.
+                before[kind] = before[kind].wrapping_add(self.uncertain_steps.quanta(at + kind));
+                above[kind] = above[kind].wrapping_add(before[kind]);
+            }
+            let uncertain = |kind: usize| self.uncertain_steps.value(above[kind]);
+            texels.push(FilmTexel {
+                flux: sums.flux,
+                change: sums.change,
+                misplaced: sums.misplaced,
+                uncertain: Flux(std::array::from_fn(uncertain)),
+                spread: uncertain(N),
+                uneven,
+            });
+        });
         texels
     }
 }
@@ -337,30 +356,49 @@ pub fn three_near(at: usize, end: usize) -> Range<usize> {
     first..(first + 3).min(end)
 }
 
-/// Sums of a level's texels, row by row.
+/// Sums of a level's texels and their unevenness, row by row.
 struct LevelTexels<const N: usize> {
     size: [usize; 2],
-    values: Vec<TexelSums<N>>,
+    values: Vec<(TexelSums<N>, f64)>,
 }
 
 impl<const N: usize> LevelTexels<N> {
-    /// The most misplaced flux of 3 x 3, channel by channel.
-    fn most_misplaced_near(&self, [column, row]: [usize; 2]) -> Flux<N> {
-        let [width, height] = self.size;
-        let mut most = Flux::BLACK;
-        for y in three_near(row, height) {
-            for one in &self.values[y * width..][three_near(column, width)] {
-                most = most.larger(one.misplaced);
-            }
-        }
-        most
-    }
-
-    /// The number of the texel that holds one of the next finer level.
-    fn holding(&self, at: [usize; 2]) -> usize {
+    /// The sums of the texel that holds one of the next finer level.
+    fn holding(&self, at: [usize; 2]) -> (TexelSums<N>, f64) {
         // All is in the one texel that stands for no coarser level.
         let [column, row] = [0, 1].map(|axis| (at[axis] / 2).min(self.size[axis] - 1));
-        row * self.size[0] + column
+        self.values[row * self.size[0] + column]
+    }
+}
+
+/// Flux of a level's texels, row by row, for each of the film's texels within.
+struct LevelFlux<const N: usize> {
+    size: [usize; 2],
+    flux: Vec<Flux<N>>,
+}
+
+impl<const N: usize> LevelFlux<N> {
+    /// The likely mean square of what the light of a texel is off within it, worst channel.
+    ///
+    /// Along each axis, light that changes by s from texel to texel is off by s²/12 within one. The largest
+    /// change to a neighbour is taken for s: within a border that is anywhere in its texel, its squares and
+    /// those of the texels beside are 5/8 of the true one.
+    fn uneven(&self, at: [usize; 2]) -> f64 {
+        let index = |[column, row]: [usize; 2]| row * self.size[0] + column;
+        let own = self.flux[index(at)];
+        let along = |axis: usize| {
+            let ends = at[axis].saturating_sub(1)..(at[axis] + 2).min(self.size[axis]);
+            let steps = ends.map(|place| {
+                let mut beside = at;
+                beside[axis] = place;
+                (self.flux[index(beside)] - own).max_magnitude()
+            });
+            steps.fold(0.0, f64::max)
+        };
+        [0, 1]
+            .map(|axis| along(axis) * along(axis) / 12.0)
+            .iter()
+            .sum()
     }
 }
 
@@ -447,5 +485,64 @@ mod tests {
         let row = [3, 4, 7, 8, 9, 10, 11].map(|column| at(column, 8));
         assert_eq!(row, [0.0, 1.0, 1.0, 5.0, 5.0, 4.0, 0.0]);
         assert_eq!((at(7, 3), at(7, 4)), (0.0, 1.0));
+    }
+
+    #[test]
+    fn light_on_a_coarser_texel_is_spread_evenly_over_the_texels_within() {
+        let scale = FixedPoint::for_total(1024.0).unwrap();
+        let film = BeamFilm::<1>::new([37, 21], scale);
+        // The levels are 37 x 21, 19 x 11 and 10 x 6. The last texel of the second has one column.
+        for (level, at, flux) in [
+            (0, [5, 2], 3.0),
+            (1, [2, 1], 4.0),
+            (2, [1, 0], 32.0),
+            (1, [18, 7], 10.0),
+        ] {
+            let flux = Flux([flux]);
+            let sums = TexelSums {
+                flux,
+                change: flux * 0.5,
+                ..TexelSums::default()
+            };
+            film.add(LevelTexel { level, at }, &sums);
+        }
+        let texels = film.texels();
+        let at = |column: usize, row: usize| {
+            let texel = &texels[row * 37 + column];
+            assert_eq!(texel.change.0[0], 0.5 * texel.flux.0[0]);
+            texel.flux.0[0]
+        };
+        assert_eq!([at(5, 2), at(4, 3), at(6, 2)], [6.0, 3.0, 2.0]);
+        assert_eq!([at(3, 2), at(5, 4), at(2, 5)], [0.0, 0.0, 0.0]);
+        assert_eq!([at(36, 14), at(36, 15), at(35, 14)], [5.0, 5.0, 0.0]);
+        let all: f64 = texels.iter().map(|texel| texel.flux.0[0]).sum();
+        assert_eq!(all, 49.0);
+    }
+
+    #[test]
+    fn light_with_a_border_within_a_coarser_texel_is_likely_off_by_part_of_it() {
+        // All of a texel's light may be on any of its parts: off by √(c (1 − c)) of it for a part c. The mean
+        // of squares over c is 1/6.
+        let scale = FixedPoint::for_total(1e9).unwrap();
+        let (mut said, mut off) = (0.0, 0.0);
+        for step in 0..16 {
+            let film = BeamFilm::<1>::new([64, 64], scale);
+            let part = (f64::from(step) + 0.5) / 16.0;
+            for column in 2..16 {
+                let sums = TexelSums {
+                    flux: Flux([if column == 2 { 16.0 * part } else { 16.0 }]),
+                    ..TexelSums::default()
+                };
+                for row in 0..16 {
+                    let at = [column, row];
+                    film.add(LevelTexel { level: 2, at }, &sums);
+                }
+            }
+            let row = &film.texels()[64 * 20..][..64];
+            said += row.iter().map(|texel| texel.uneven).sum::<f64>();
+            off += 4.0 * part * (1.0 - part);
+        }
+        // (7/12 + 2/3) / 12, by 1/6.
+        assert!((said / off - 0.625).abs() < 0.01, "{}", said / off);
     }
 }
