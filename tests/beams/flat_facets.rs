@@ -364,13 +364,15 @@ fn facets_that_hide_others_take_their_light_once() {
     let opening = 0.5 * (mouth[0] - OUTLINE[1][0]) * tip[1] * BLOCK[1] * BLOCK[1];
     let most = expected + opening * y * cos;
     let found = flux(&estimate, "LTTD");
-    // A file's places are rounded to 2⁻²⁵ of themselves: a dozen of them, in lengths of a third and more.
+    // Light that enters by the outer sides is mirrored by the lower one, and too steep to get to the other side.
+    // A file's places are rounded to 2⁻²⁴ of themselves: a dozen of them, in lengths of a third and more.
     assert!(
-        (expected * (1.0 - 1e-6)..most).contains(&found),
+        (expected * (1.0 - 3e-6)..most).contains(&found),
         "{found} is not in {expected}..{most}"
     );
 
-    // Of photons, 2¹⁸ fall on the block and its surroundings, and a tenth of them goes this way: 0.6 %.
+    // Of photons, 2¹⁸ fall on the block and its surroundings, and a tenth of them goes this way: 0.6 %, and five
+    // of these.
     let (found, expected) = (flux(&estimate, "LTRTD"), flux(&photons, "LTRTD"));
     assert!(
         (found / expected - 1.0).abs() < 0.03,

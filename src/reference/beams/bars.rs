@@ -31,7 +31,8 @@ const LIKELY: f64 = 0.25;
 /// Part of s, spread over the texels that it may be on, that is added to the likely error.
 const LIKELY_UNCERTAIN: f64 = 0.125;
 
-/// The fluxes of a finished film, with their bars and likely errors.
+/// The fluxes of a finished film, with their bars and likely errors. What light on coarser texels is likely
+/// off within them adds to the likely errors alone: m counts all of it.
 pub fn bounded<const N: usize>(film: &BeamFilm<N>) -> Sums {
     let [width, height] = film.size();
     let texels = film.texels();
@@ -69,5 +70,33 @@ impl<const N: usize> Most<N> {
         self.flux = self.flux.larger(texel.flux.magnitude());
         self.change = self.change.larger(texel.change.magnitude());
         self.uncertain = self.uncertain.larger(texel.uncertain.magnitude());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::FixedPoint;
+    use crate::reference::beams::film::{LevelTexel, TexelSums};
+
+    #[test]
+    fn the_likely_error_is_that_of_changes_and_of_uneven_light_by_squares() {
+        let scale = FixedPoint::for_total(1e9).unwrap();
+        let film = BeamFilm::<1>::new([64, 64], scale);
+        let sums = |flux: f64, change: f64| TexelSums {
+            flux: Flux([flux]),
+            change: Flux([change]),
+            ..TexelSums::default()
+        };
+        let at = |level: usize| LevelTexel {
+            level,
+            at: [8 >> level, 8 >> level],
+        };
+        film.add(at(0), &sums(5.0, 2.0));
+        film.add(at(1), &sums(12.0, 0.0));
+        // A quarter of 2; and a change of 3 along both axes, within texels two of the film's wide.
+        let expected = 0.25 + 2.0 * 9.0 * 0.5 * 2.0 / 15.0;
+        let variance = bounded(&film).variance[64 * 8 + 8];
+        assert!((variance - expected).abs() < 1e-6, "{variance}");
     }
 }
