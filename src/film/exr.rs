@@ -214,7 +214,8 @@ fn encode(image: &LazyImage, file: &mut BufWriter<&File>) -> UnitResult {
             .insert(name, AttributeValue::Text(text(value)));
     }
     let names: Vec<&str> = image.names().collect();
-    let sorted = image.order().into_iter().map(|channel| names[channel]);
+    let order = image.order();
+    let sorted = order.iter().map(|channel| names[*channel]);
     let channels = sorted.map(|name| ChannelDescription::named(text(name), SampleType::F32));
     let size = Vec2(image.width, image.height);
     let header = Header::new(Text::default(), size, channels.collect())
@@ -226,7 +227,7 @@ fn encode(image: &LazyImage, file: &mut BufWriter<&File>) -> UnitResult {
         .with_attributes(attributes);
     let headers = std::iter::once(header).collect();
     write_blocks(&mut *file, headers, true, |_, chunks| {
-        exr_blocks::deflate(image, |start, bytes| {
+        exr_blocks::deflate(image, &order, |start, bytes| {
             let block = CompressedScanLineBlock {
                 y_coordinate: i32::try_from(start)
                     .map_err(|_| Invalid("a line beyond 2³¹".into()))?,

@@ -45,17 +45,18 @@ fn threads() -> usize {
     }
 }
 
-/// Writes all blocks of an image in the order of their lines, each with the number of its first line. A block
-/// for each thread is in memory at a time.
+/// Writes all blocks of an image in the order of their lines, each with the number of its first line. Its
+/// channels are in this [order](LazyImage::order). A block for each thread is in memory at a time.
 ///
 /// # Errors
 ///
 /// As `write`, and if a block cannot be deflated.
 pub(super) fn deflate<E: From<io::Error>>(
     image: &LazyImage,
+    order: &[usize],
     mut write: impl FnMut(usize, Vec<u8>) -> Result<(), E>,
 ) -> Result<(), E> {
-    let places = places(&image.order());
+    let places = places(order);
     let starts: Vec<usize> = (0..image.height).step_by(LINES).collect();
     for some in starts.chunks(threads()) {
         let blocks: io::Result<Vec<Vec<u8>>> = thread::scope(|scope| {
@@ -151,7 +152,7 @@ mod tests {
 
     fn blocks(image: &LazyImage) -> Vec<(usize, Vec<u8>)> {
         let mut blocks = Vec::new();
-        deflate(image, |start, bytes| -> io::Result<()> {
+        deflate(image, &image.order(), |start, bytes| -> io::Result<()> {
             blocks.push((start, bytes));
             Ok(())
         })

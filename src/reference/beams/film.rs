@@ -261,35 +261,28 @@ impl<const N: usize> BeamFilm<N> {
         mut take: impl FnMut([usize; 2], TexelSums<N>, f64),
     ) {
         let [width, height] = self.levels[number].size;
-        let own = |kind: usize| -> Vec<Flux<N>> {
-            let texels = 0..width * height;
-            texels.map(|index| self.own(number, index, kind)).collect()
+        let own = |kind: usize| LevelFlux {
+            size: [width, height],
+            flux: (0..width * height)
+                .map(|index| self.own(number, index, kind))
+                .collect(),
         };
         let misplaced = own(MISPLACED);
         // The film's own texels are what is asked for.
-        let spread_evenly = (number > 0).then(|| LevelFlux {
-            number,
-            size: [width, height],
-            flux: own(FLUX),
-        });
+        let spread_evenly = (number > 0).then(|| own(FLUX));
         for row in 0..height {
             for column in 0..width {
-                let index = row * width + column;
-                let mut sums = TexelSums {
+                let (at, index) = ([column, row], row * width + column);
+                let (mut sums, mut uneven) = coarser.holding(at);
+                sums += TexelSums {
                     flux: self.own(number, index, FLUX),
                     change: self.own(number, index, CHANGE),
-                    misplaced: Flux::BLACK,
+                    misplaced: misplaced.most_near(at),
                 };
-                for y in three_near(row, height) {
-                    for one in &misplaced[y * width..][three_near(column, width)] {
-                        sums.misplaced = sums.misplaced.larger(*one);
-                    }
+                if let Some(flux) = &spread_evenly {
+                    uneven += flux.uneven(at, number);
                 }
-                let (of_coarser, uneven) = coarser.holding([column, row]);
-                sums += of_coarser;
-                let own = spread_evenly.as_ref();
-                let own = own.map_or(0.0, |flux| flux.uneven([column, row]));
-                take([column, row], sums, uneven + own);
+                take(at, sums, uneven);
             }
         }
     }
@@ -375,19 +368,30 @@ impl<const N: usize> LevelTexels<N> {
 
 /// Flux of a level's texels, row by row, for each of the film's texels within.
 struct LevelFlux<const N: usize> {
-    number: usize,
     size: [usize; 2],
     flux: Vec<Flux<N>>,
 }
 
 impl<const N: usize> LevelFlux<N> {
+    /// The largest of 3 x 3, channel by channel.
+    fn most_near(&self, [column, row]: [usize; 2]) -> Flux<N> {
+        let [width, height] = self.size;
+        let mut most = Flux::BLACK;
+        for y in three_near(row, height) {
+            for one in &self.flux[y * width..][three_near(column, width)] {
+                most = most.larger(*one);
+            }
+        }
+        most
+    }
+
     /// The likely mean square of what a texel's light is off on the film's texels within it, worst channel.
     ///
     /// Of light that ends at a line anywhere in a texel, that mean is (1 − 2⁻ˡ)/6 of its square, for texels
     /// 2ˡ of the film's wide. The larger change s to the two neighbours is taken, along each axis. Together
     /// that texel and those beside it then have 5/4 of the light's square in s². So their means are
     /// 2/15 (1 − 2⁻ˡ) s². For light that changes evenly that is up to 1.6 times the true mean.
-    fn uneven(&self, at: [usize; 2]) -> f64 {
+    fn uneven(&self, at: [usize; 2], level: usize) -> f64 {
         let index = |[column, row]: [usize; 2]| row * self.size[0] + column;
         let own = self.flux[index(at)];
         let along = |axis: usize| {
@@ -400,7 +404,7 @@ impl<const N: usize> LevelFlux<N> {
             let most = steps.fold(0.0, f64::max);
             most * most
         };
-        let within = 1.0 - 1.0 / (1_u64 << self.number) as f64;
+        let within = 1.0 - 1.0 / (1_u64 << level) as f64;
         (along(0) + along(1)) * within * 2.0 / 15.0
     }
 }
